@@ -1,0 +1,332 @@
+r"""The narrow waist: a linear system with one friction joint under periodic forcing.
+
+.. math:: M\ddot q + (C + G)\dot q + K q + e_j h_c(\dot q_j) = f(t)
+
+with M symmetric positive definite, C symmetric positive semidefinite, G skew, K symmetric, `e_j`
+the unit vector of the joint and `h_c` its friction torque. Everything upstream ends here and every
+solver starts here. Nothing in this module knows what the coordinates stand for.
+
+Blocks: `q` marks the coordinates other than the joint, `t` the joint, so that `M_qt` is the column
+of M that couples the joint into the rest.
+
+Depends on: errors, checks, forcing, friction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from beltsim.checks import FloatArray, finite_array, read_only
+from beltsim.errors import InvalidProblemError, Mistake
+from beltsim.forcing import HarmonicForcing
+from beltsim.friction import Coulomb, FrictionLaw, SaturatedCoulomb
+
+#: Largest relative asymmetry of M, C, K (and symmetry of G) taken for rounding.
+SYMMETRY_TOLERANCE = 1e-12
+#: Largest condition number of M, after scaling to a unit diagonal.
+MASS_CONDITION_LIMIT = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """What one unit of the problem is worth in SI.
+
+    Parameters
+    ----------
+    time_s : float
+        Seconds per unit of time.
+    torque_N_m : float
+        Newton metres per unit of the joint's torque.
+    coordinates : array_like of shape (n,)
+        SI value of one unit of each coordinate.
+    units : tuple of str
+        SI unit of each coordinate, such as ``"m"`` or ``"rad"``.
+
+    Notes
+    -----
+    Energies scale with `torque_N_m` times the joint's coordinate scale.
+    """
+
+    time_s: float
+    torque_N_m: float
+    coordinates: FloatArray
+    units: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "coordinates", read_only(self.coordinates))
+        object.__setattr__(self, "units", tuple(self.units))
+
+
+@dataclass(frozen=True, eq=False)
+class Observable:
+    r"""A quantity that follows the state, with the limits between which it is meaningful.
+
+    .. math:: y(t) = \mathrm{row}\cdot q(t) + \sum_k c_k\cos k\Omega t + s_k\sin k\Omega t
+
+    Parameters
+    ----------
+    name : str
+        What it is, such as ``"tension of span 1"``.
+    row : array_like of shape (n,)
+        Factors of the coordinates.
+    cos, sin : array_like of shape (H + 1,)
+        Part that follows the forcing directly; row 0 of `cos` is the constant part.
+    lower, upper : float
+        Limits; a response that crosses one carries a warning.
+    scale : float
+        SI value of one unit.
+    unit : str
+        SI unit.
+    """
+
+    name: str
+    row: FloatArray
+    cos: FloatArray
+    sin: FloatArray
+    lower: float = -np.inf
+    upper: float = np.inf
+    scale: float = 1.0
+    unit: str = "1"
+
+    def __post_init__(self) -> None:
+        for field in ("row", "cos", "sin"):
+            object.__setattr__(self, field, read_only(getattr(self, field)))
+
+    def at(self, t: FloatArray, q: FloatArray, Omega: float) -> FloatArray:
+        """Values at times `t` (nt,) for coordinates `q` (nt, n): array (nt,), problem units."""
+        angle = np.multiply.outer(np.asarray(t) * Omega, np.arange(len(self.cos)))
+        values: FloatArray = q @ self.row + np.cos(angle) @ self.cos + np.sin(angle) @ self.sin
+        return values
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionProblem:
+    """A linear system with at most one friction joint, checked once and frozen.
+
+    Parameters
+    ----------
+    M, C, G, K : array_like of shape (n, n)
+        Mass (symmetric positive definite), damping (symmetric positive semidefinite), gyroscopic
+        (skew) and stiffness (symmetric) matrices, in any consistent units.
+    joint : int or None
+        Index of the friction coordinate, 0 <= joint < n; None for a linear problem.
+    forcing : HarmonicForcing
+        Periodic forcing of the n coordinates.
+    friction : Coulomb, SaturatedCoulomb or None
+        Law of the joint; None exactly when `joint` is None.
+    labels : sequence of str, optional
+        Name of each coordinate. Default ``q0, q1, ...``.
+    scales : Scales, optional
+        SI values of the units; None when the problem is already in the units the user wants.
+    observables : sequence of Observable, optional
+        Quantities to report beside the coordinates.
+    warnings : sequence of str, optional
+        What upstream wants every response of this problem to say.
+
+    Raises
+    ------
+    InvalidProblemError
+        With every mistake found: field, value, limit.
+
+    Examples
+    --------
+    >>> forcing = HarmonicForcing(1.0, cos=[[0.0], [1.0]], sin=[[0.0], [0.0]])
+    >>> one_mass = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[4.0]], 0, forcing, Coulomb(0.2))
+    >>> one_mass.n, one_mass.locked().n
+    (1, 0)
+    """
+
+    M: FloatArray
+    C: FloatArray
+    G: FloatArray
+    K: FloatArray
+    joint: int | None
+    forcing: HarmonicForcing
+    friction: FrictionLaw | None
+    labels: tuple[str, ...] | None = None
+    scales: Scales | None = None
+    observables: tuple[Observable, ...] = ()
+    warnings: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        matrices, mistakes = _checked_matrices(self)
+        n = len(matrices["M"]) if "M" in matrices else None
+        mistakes += _joint_mistakes(self, n)
+        if n is not None:
+            mistakes += _companion_mistakes(self, n)
+        if mistakes:
+            raise InvalidProblemError(mistakes)
+        for name, matrix in matrices.items():
+            object.__setattr__(self, name, read_only(matrix))
+        if self.joint is not None:
+            object.__setattr__(self, "joint", int(self.joint))
+        labels = self.labels or tuple(f"q{i}" for i in range(n or 0))
+        object.__setattr__(self, "labels", tuple(labels))
+        object.__setattr__(self, "observables", tuple(self.observables))
+        object.__setattr__(self, "warnings", tuple(self.warnings))
+
+    @property
+    def n(self) -> int:
+        """Number of coordinates, the joint included."""
+        return len(self.M)
+
+    @property
+    def period(self) -> float:
+        """Forcing period 2 pi / Omega, in the problem's time unit."""
+        return self.forcing.period
+
+    @cached_property
+    def others(self) -> np.ndarray:
+        """Indices of the coordinates other than the joint, shape (n - 1,) or (n,)."""
+        keep = np.arange(self.n)
+        return keep if self.joint is None else np.delete(keep, self.joint)
+
+    def block(self, matrix: str, rows: str, columns: str) -> FloatArray:
+        """Block of `matrix` ("M", "C", "G", "K"); `rows` and `columns` are "q" or "t"."""
+        index = {"q": self.others, "t": np.atleast_1d(np.asarray(self.joint, dtype=int))}
+        found: FloatArray = getattr(self, matrix)[np.ix_(index[rows], index[columns])]
+        return found
+
+    def freed(self) -> FrictionProblem:
+        """The same system without friction: n coordinates, no joint."""
+        return replace(self, joint=None, friction=None)
+
+    def locked(self) -> FrictionProblem:
+        """The system with the joint held at zero: n - 1 coordinates, no joint."""
+        if self.joint is None:
+            raise InvalidProblemError(Mistake("joint", None, "an index, to lock it"))
+        keep = np.ix_(self.others, self.others)
+        scales = self.scales and Scales(
+            self.scales.time_s,
+            self.scales.torque_N_m,
+            self.scales.coordinates[self.others],
+            tuple(self.scales.units[i] for i in self.others),
+        )
+        return FrictionProblem(
+            self.M[keep],
+            self.C[keep],
+            self.G[keep],
+            self.K[keep],
+            None,
+            HarmonicForcing(
+                self.forcing.Omega,
+                self.forcing.cos[:, self.others],
+                self.forcing.sin[:, self.others],
+            ),
+            None,
+            tuple((self.labels or ())[i] for i in self.others),
+            scales,
+            tuple(replace(seen, row=seen.row[self.others]) for seen in self.observables),
+            self.warnings,
+        )
+
+    def with_friction(self, friction: FrictionLaw) -> FrictionProblem:
+        """The same system with another friction law (matrices are shared, not checked again)."""
+        _require_law(friction)
+        if self.joint is None:
+            raise InvalidProblemError(Mistake("joint", None, "an index, to carry friction"))
+        changed = object.__new__(FrictionProblem)
+        changed.__dict__.update(self.__dict__, friction=friction)
+        return changed
+
+
+def _require_law(friction: Any) -> None:
+    if not isinstance(friction, Coulomb | SaturatedCoulomb):
+        raise InvalidProblemError(Mistake("friction", friction, "Coulomb or SaturatedCoulomb"))
+
+
+def _checked_matrices(problem: FrictionProblem) -> tuple[dict[str, FloatArray], list[Mistake]]:
+    """The four matrices as float arrays, and what is wrong with them."""
+    mistakes: list[Mistake] = []
+    found: dict[str, FloatArray] = {}
+    for name in "MCGK":
+        array = finite_array(getattr(problem, name), ndim=2)
+        if array is None or array.shape[0] != array.shape[1]:
+            mistakes.append(Mistake(name, getattr(problem, name), "a finite array of shape (n, n)"))
+        else:
+            found[name] = array
+    if "M" not in found:
+        return found, mistakes
+    n = len(found["M"])
+    for name, array in found.items():
+        if array.shape != (n, n):
+            mistakes.append(Mistake(name, f"shape {array.shape}", f"of shape ({n}, {n}), as M"))
+            continue
+        sign = -1.0 if name == "G" else 1.0
+        gap = float(np.abs(array - sign * array.T).max(initial=0.0))
+        limit = SYMMETRY_TOLERANCE * float(np.abs(array).max(initial=0.0))
+        if gap > limit:
+            word = "skew" if name == "G" else "symmetric"
+            mistakes.append(Mistake(name, f"asymmetry {gap:.3g}", f"{word} within {limit:.3g}"))
+    if not mistakes:
+        mistakes += _definiteness_mistakes(found["M"], found["C"])
+    return found, mistakes
+
+
+def _definiteness_mistakes(M: FloatArray, C: FloatArray) -> list[Mistake]:
+    """M must be positive definite and well conditioned, C must not feed energy in."""
+    if len(M) == 0:
+        return []
+    diagonal = np.diag(M)
+    if diagonal.min() <= 0.0:
+        return [Mistake("M", f"diagonal entry {diagonal.min():.3g}", "positive definite")]
+    scale = 1.0 / np.sqrt(diagonal)
+    unit = M * scale[:, None] * scale
+    try:
+        np.linalg.cholesky(unit)
+    except np.linalg.LinAlgError:
+        lowest = float(np.linalg.eigvalsh(unit)[0])
+        return [Mistake("M", f"smallest scaled eigenvalue {lowest:.3g}", "positive definite")]
+    condition = float(np.linalg.cond(unit, 1))
+    if condition > MASS_CONDITION_LIMIT:
+        return [Mistake("M", f"condition {condition:.3g}", f"at most {MASS_CONDITION_LIMIT:.0e}")]
+    size = float(np.abs(C).max())
+    if size == 0.0:
+        return []
+    try:  # a shift of rounding size lets semidefinite matrices pass
+        np.linalg.cholesky(C + 1e-11 * size * len(C) * np.eye(len(C)))
+    except np.linalg.LinAlgError:
+        lowest = float(np.linalg.eigvalsh(C)[0])
+        return [Mistake("C", f"smallest eigenvalue {lowest:.3g}", "positive semidefinite")]
+    return []
+
+
+def _joint_mistakes(problem: FrictionProblem, n: int | None) -> list[Mistake]:
+    """The joint must be an index, and carry a law exactly when it exists."""
+    joint, friction = problem.joint, problem.friction
+    if joint is None:
+        if friction is None:
+            return []
+        return [Mistake("friction", friction, "None, since joint is None")]
+    mistakes = []
+    if isinstance(joint, bool | np.bool_) or not isinstance(joint, int | np.integer):
+        mistakes.append(Mistake("joint", joint, "an integer index or None"))
+    elif n is not None and not 0 <= joint < n:
+        mistakes.append(Mistake("joint", joint, f"between 0 and {n - 1}"))
+    if not isinstance(friction, Coulomb | SaturatedCoulomb):
+        mistakes.append(Mistake("friction", friction, "Coulomb or SaturatedCoulomb"))
+    return mistakes
+
+
+def _companion_mistakes(problem: FrictionProblem, n: int) -> list[Mistake]:
+    """Forcing, labels, scales and observables must have one entry per coordinate."""
+    mistakes = []
+    forcing = problem.forcing
+    if not isinstance(forcing, HarmonicForcing):
+        mistakes.append(Mistake("forcing", forcing, "a HarmonicForcing"))
+    elif forcing.cos.shape[1] != n:
+        mistakes.append(Mistake("forcing.cos", f"{forcing.cos.shape[1]} columns", f"{n} columns"))
+    if problem.labels is not None and len(problem.labels) != n:
+        mistakes.append(Mistake("labels", f"{len(problem.labels)} names", f"{n} names"))
+    if problem.scales is not None and len(problem.scales.coordinates) != n:
+        mistakes.append(
+            Mistake("scales.coordinates", len(problem.scales.coordinates), f"{n} numbers")
+        )
+    for i, seen in enumerate(problem.observables):
+        if len(seen.row) != n:
+            mistakes.append(Mistake(f"observables[{i}].row", len(seen.row), f"{n} numbers"))
+    return mistakes
