@@ -142,3 +142,7 @@ class CoreError(BeltsimError):
 
 class StudyError(BeltsimError):
     """A parameter study that cannot be started or resumed."""
+
+
+class ResultFileError(BeltsimError):
+    """A result file that cannot be read or written, or an output folder that is closed."""
