@@ -5,6 +5,7 @@ Depends on: nothing.
 
 from __future__ import annotations
 
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -14,12 +15,22 @@ FloatArray = NDArray[np.float64]
 
 
 def real_number(value: Any) -> float | None:
-    """`value` as a finite float, or None when it is not one (a bool is not a number here)."""
-    if isinstance(value, bool | np.bool_ | str | bytes):
+    """`value` as a finite float, or None when it is not one.
+
+    A bool, a text, a complex number and an array with entries are not numbers here.
+
+    Examples
+    --------
+    >>> real_number(3), real_number(True), real_number("3"), real_number(float("nan"))
+    (3.0, None, None, None)
+    """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real):
         return None
     try:
         number = float(value)
-    except (TypeError, ValueError, OverflowError):
+    except OverflowError:
         return None
     return number if np.isfinite(number) else None
 

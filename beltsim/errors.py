@@ -37,7 +37,7 @@ class Mistake:
     allowed: str
 
     def __str__(self) -> str:
-        shown = repr(self.value)
+        shown = " ".join(repr(self.value).split())  # one line per mistake, arrays too
         if len(shown) > 80:
             shown = f"{shown[:77]}..."
         return f"{self.field} = {shown}: must be {self.allowed}"

@@ -252,6 +252,7 @@ def _checked_matrices(problem: FrictionProblem) -> tuple[dict[str, FloatArray], 
     if "M" not in found:
         return found, mistakes
     n = len(found["M"])
+    sound = set()
     for name, array in found.items():
         if array.shape != (n, n):
             mistakes.append(Mistake(name, f"shape {array.shape}", f"of shape ({n}, {n}), as M"))
@@ -262,15 +263,18 @@ def _checked_matrices(problem: FrictionProblem) -> tuple[dict[str, FloatArray], 
         if gap > limit:
             word = "skew" if name == "G" else "symmetric"
             mistakes.append(Mistake(name, f"asymmetry {gap:.3g}", f"{word} within {limit:.3g}"))
-    if not mistakes:
-        mistakes += _definiteness_mistakes(found["M"], found["C"])
+        else:
+            sound.add(name)
+    if n > 0 and "M" in sound:
+        mistakes += _definiteness_mistakes(found["M"], found["C"] if "C" in sound else None)
     return found, mistakes
 
 
-def _definiteness_mistakes(M: FloatArray, C: FloatArray) -> list[Mistake]:
-    """M must be positive definite and well conditioned, C must not feed energy in."""
-    if len(M) == 0:
-        return []
+def _definiteness_mistakes(M: FloatArray, C: FloatArray | None) -> list[Mistake]:
+    """M must be positive definite and well conditioned, C must not feed energy in.
+
+    Both are judged in coordinates of unit mass, so that the choice of units does not matter.
+    """
     diagonal = np.diag(M)
     if diagonal.min() <= 0.0:
         return [Mistake("M", f"diagonal entry {diagonal.min():.3g}", "positive definite")]
@@ -284,14 +288,15 @@ def _definiteness_mistakes(M: FloatArray, C: FloatArray) -> list[Mistake]:
     condition = float(np.linalg.cond(unit, 1))
     if condition > MASS_CONDITION_LIMIT:
         return [Mistake("M", f"condition {condition:.3g}", f"at most {MASS_CONDITION_LIMIT:.0e}")]
-    size = float(np.abs(C).max())
-    if size == 0.0:
+    if C is None or not C.any():
         return []
+    damping = C * scale[:, None] * scale
+    shift = 1e-11 * float(np.abs(damping).max()) * len(C)
     try:  # a shift of rounding size lets semidefinite matrices pass
-        np.linalg.cholesky(C + 1e-11 * size * len(C) * np.eye(len(C)))
+        np.linalg.cholesky(damping + shift * np.eye(len(C)))
     except np.linalg.LinAlgError:
-        lowest = float(np.linalg.eigvalsh(C)[0])
-        return [Mistake("C", f"smallest eigenvalue {lowest:.3g}", "positive semidefinite")]
+        lowest = float(np.linalg.eigvalsh(damping)[0])
+        return [Mistake("C", f"smallest scaled eigenvalue {lowest:.3g}", "positive semidefinite")]
     return []
 
 
@@ -320,13 +325,29 @@ def _companion_mistakes(problem: FrictionProblem, n: int) -> list[Mistake]:
         mistakes.append(Mistake("forcing", forcing, "a HarmonicForcing"))
     elif forcing.cos.shape[1] != n:
         mistakes.append(Mistake("forcing.cos", f"{forcing.cos.shape[1]} columns", f"{n} columns"))
-    if problem.labels is not None and len(problem.labels) != n:
-        mistakes.append(Mistake("labels", f"{len(problem.labels)} names", f"{n} names"))
-    if problem.scales is not None and len(problem.scales.coordinates) != n:
-        mistakes.append(
-            Mistake("scales.coordinates", len(problem.scales.coordinates), f"{n} numbers")
-        )
+    labels, scales = problem.labels, problem.scales
+    if labels is not None:
+        if isinstance(labels, str) or not all(isinstance(label, str) for label in labels):
+            mistakes.append(Mistake("labels", labels, f"a sequence of {n} names"))
+        elif len(labels) != n:
+            mistakes.append(Mistake("labels", f"{len(labels)} names", f"{n} names"))
+    if scales is not None and not isinstance(scales, Scales):
+        mistakes.append(Mistake("scales", scales, "Scales or None"))
+    elif scales is not None:
+        if scales.coordinates.shape != (n,):
+            shape = scales.coordinates.shape
+            mistakes.append(Mistake("scales.coordinates", f"shape {shape}", f"of shape ({n},)"))
+        if len(scales.units) != n:
+            mistakes.append(Mistake("scales.units", f"{len(scales.units)} units", f"{n} units"))
     for i, seen in enumerate(problem.observables):
-        if len(seen.row) != n:
-            mistakes.append(Mistake(f"observables[{i}].row", len(seen.row), f"{n} numbers"))
+        if not isinstance(seen, Observable):
+            mistakes.append(Mistake(f"observables[{i}]", seen, "an Observable"))
+            continue
+        if seen.row.shape != (n,):
+            found = f"shape {seen.row.shape}"
+            mistakes.append(Mistake(f"observables[{i}].row", found, f"of shape ({n},)"))
+        if seen.cos.ndim != 1 or not len(seen.cos) or seen.cos.shape != seen.sin.shape:
+            found = f"shapes {seen.cos.shape} and {seen.sin.shape}"
+            allowed = "cos and sin of one shape (H + 1,)"
+            mistakes.append(Mistake(f"observables[{i}]", found, allowed))
     return mistakes

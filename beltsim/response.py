@@ -33,6 +33,12 @@ MODE_SIGNS = {"stick": 0, "slip+": 1, "slip-": -1}
 PERIODIC_TOLERANCE = 1e-6
 
 
+def _read_only_names(names: Any) -> NDArray[np.str_]:
+    array = np.array(names, dtype=np.str_)
+    array.flags.writeable = False
+    return array
+
+
 @dataclass(frozen=True, eq=False)
 class EventLog:
     """Located events of the joint, in order.
@@ -73,9 +79,7 @@ class EventLog:
         for name in ("t", "q", "q_dot", "position", "torque_before", "torque_after", "margin"):
             object.__setattr__(self, name, read_only(getattr(self, name)))
         for name in ("kind", "quality"):
-            array = np.array(getattr(self, name), dtype=np.str_)
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
+            object.__setattr__(self, name, _read_only_names(getattr(self, name)))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -115,6 +119,11 @@ class NearGrazing:
     t: FloatArray
     margin: FloatArray
     kind: NDArray[np.str_]
+
+    def __post_init__(self) -> None:
+        for name in ("t", "margin"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+        object.__setattr__(self, "kind", _read_only_names(self.kind))
 
     def __len__(self) -> int:
         return len(self.t)
@@ -244,6 +253,11 @@ class Response:
         arrays = ("t", "q", "q_dot", "friction_torque", "initial_state", "final_state")
         for name in arrays:
             object.__setattr__(self, name, read_only(getattr(self, name)))
+        for name in ("coefficients", "torque_coefficients", "multipliers"):
+            if getattr(self, name) is not None:
+                series = np.array(getattr(self, name), dtype=np.complex128)
+                series.flags.writeable = False
+                object.__setattr__(self, name, series)
 
     def observe(self, name: str) -> FloatArray:
         """Values (nt,) of the problem's observable `name` at the samples, in problem units."""
