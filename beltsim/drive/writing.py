@@ -25,6 +25,18 @@ def template() -> str:
 
 
 def json_schema() -> dict[str, Any]:
-    """JSON schema (draft 2020-12) of a drive file."""
-    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
-    return head | Drive.model_json_schema()
+    """JSON schema (draft 2020-12) of a drive file.
+
+    It states types and ranges of single values; what needs several (the layout, names that must
+    differ, a static friction torque below the kinetic one) is checked when a drive is loaded.
+
+    Examples
+    --------
+    >>> json_schema()["required"]
+    ['crank_rotation', 'pulleys', 'belt', 'damping', 'operating_point']
+    """
+    schema = Drive.model_json_schema()
+    for table in (schema, *schema["$defs"].values()):
+        for entry in table["properties"].values():
+            entry.pop("title", None)  # made from the key, with its unit in capitals
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema
