@@ -230,8 +230,8 @@ def _grazing_warnings(
         return []
     least = min([*events.margin[close], *grazing.margin[touches]])
     return [
-        f"near grazing in the last period: {n_events} events and {n_touches} touches that a slightly "
-        f"different system, or another tolerance, would not have (smallest margin {least:.3g})"
+        f"near grazing in the last period: {n_events} events and {n_touches} touches that another "
+        f"tolerance, or a slightly different system, would not have (smallest margin {least:.3g})"
     ]
 
 

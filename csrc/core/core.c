@@ -117,8 +117,7 @@ static int usable(const bs_problem *p, const bs_settings *s, const double *y0) {
 }
 
 bs_status bs_create(bs_core **out, const bs_problem *problem,
-                    const bs_settings *settings, const double *y0,
-                    char *text) {
+                    const bs_settings *settings, const double *y0, char *text) {
   *out = NULL;
   text[0] = '\0';
   if (!usable(problem, settings, y0)) {
@@ -163,9 +162,13 @@ void bs_free(bs_core *core) {
   free(core);
 }
 
-void bs_set_window(bs_core *core, double start) { core->window_start = start; }
+void bs_set_window(bs_core *core, double start) {
+  core->window_start = start;
+}
 
-void bs_cancel(bs_core *core) { core->cancelled = 1; }
+void bs_cancel(bs_core *core) {
+  core->cancelled = 1;
+}
 
 /* --- events --------------------------------------------------------------- */
 
@@ -193,19 +196,17 @@ static bs_status check_crowd(bs_core *core) {
   return core->crowd > core->settings.events_per_period ? BS_CHATTER : BS_OK;
 }
 
-static bs_quality quality_of(const bs_core *core, double reaction,
-                             bs_kind kind, double t) {
+static bs_quality quality_of(const bs_core *core, double reaction, bs_kind kind,
+                             double t) {
   const bs_system *system = &core->system;
   const double grazing = core->settings.grazing;
-  const double torque =
-      fmax(system->friction.Q_s, core->summary.reaction_peak);
+  const double torque = fmax(system->friction.Q_s, core->summary.reaction_peak);
   const int coulomb = system->friction.law == BS_COULOMB;
   const int release = kind == BS_EVENT_SLIP_POS || kind == BS_EVENT_SLIP_NEG;
   if (t - core->summary.last_event_t <= SAME_TIME * system->period) {
     return BS_MULTIPLE;
   }
-  const double peak =
-      coulomb && release ? torque : core->summary.velocity_peak;
+  const double peak = coulomb && release ? torque : core->summary.velocity_peak;
   int close = core->stretch.depth < grazing * peak;
   if (coulomb && !release) {
     const double gap = fabs(fabs(reaction) - system->friction.Q_s);

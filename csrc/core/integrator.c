@@ -320,9 +320,8 @@ bs_status bs_integrator_restart(bs_integrator *it, bs_mode mode, double t,
 bs_status bs_integrator_step(bs_integrator *it, double *t) {
   sunrealtype reached = 0.0;
   /* the output time only tells CVODE the direction: one internal step */
-  bs_status status =
-      checked(it, CVode(it->cvode, *t + it->system->period, it->y, &reached,
-                        CV_ONE_STEP));
+  bs_status status = checked(it, CVode(it->cvode, *t + it->system->period,
+                                       it->y, &reached, CV_ONE_STEP));
   if (status != BS_OK) {
     return status;
   }
@@ -384,12 +383,18 @@ void bs_integrator_count(const bs_integrator *it, bs_summary *summary) {
   summary->jacobians = it->before[3] + now[3];
 }
 
-const char *bs_integrator_text(const bs_integrator *it) { return it->text; }
+const char *bs_integrator_text(const bs_integrator *it) {
+  return it->text;
+}
 
-int32_t bs_integrator_code(const bs_integrator *it) { return it->code; }
+int32_t bs_integrator_code(const bs_integrator *it) {
+  return it->code;
+}
 
 void bs_integrator_inject(bs_integrator *it, const bs_faults *faults) {
   it->faults = *faults;
 }
 
-const char *bs_sundials_version(void) { return SUNDIALS_VERSION; }
+const char *bs_sundials_version(void) {
+  return SUNDIALS_VERSION;
+}

@@ -18,15 +18,16 @@ bs_status bs_integrator_restart(bs_integrator *integrator, bs_mode mode,
 /* One internal step; *t is the time reached. */
 bs_status bs_integrator_step(bs_integrator *integrator, double *t);
 
-/* State (size 2n) anywhere in the last step, by the solver's own interpolant. */
+/* State (size 2n) anywhere in the last step, by the solver's own interpolant.
+ */
 bs_status bs_integrator_at(bs_integrator *integrator, double t, double *y);
 
 /* The interpolant of row.y (row = NULL: of y[unit]) over the last step [a, b],
  * as a polynomial in x = (t - b)/(b - a), x in [-1, 0]: `power` (size 16) and
  * *degree. *width = b - a. */
-bs_status bs_integrator_polynomial(bs_integrator *integrator,
-                                   const double *row, int64_t unit,
-                                   double *power, int *degree, double *width);
+bs_status bs_integrator_polynomial(bs_integrator *integrator, const double *row,
+                                   int64_t unit, double *power, int *degree,
+                                   double *width);
 
 /* Adds the counters of CVODE to the summary. */
 void bs_integrator_count(const bs_integrator *integrator, bs_summary *summary);

@@ -69,10 +69,9 @@ static int watches_reaction(const bs_core *core) {
 
 /* Minima of g below this are reported. */
 static double touch_limit(const bs_core *core) {
-  const double peak =
-      watches_reaction(core)
-          ? fmax(core->summary.reaction_peak, core->system.friction.Q_s)
-          : core->summary.velocity_peak;
+  const double peak = watches_reaction(core) ? fmax(core->summary.reaction_peak,
+                                                    core->system.friction.Q_s)
+                                             : core->summary.velocity_peak;
   return core->settings.grazing * peak;
 }
 
@@ -102,8 +101,7 @@ static void take_root(bs_stretch *stretch, int side, int degree,
   stretch->end = fmin(t, stretch->step_end);
   stretch->side = side;
   stretch->rate = slope / width;
-  stretch->depth =
-      curvature > 0.0 ? 0.5 * slope * slope / curvature : HUGE_VAL;
+  stretch->depth = curvature > 0.0 ? 0.5 * slope * slope / curvature : HUGE_VAL;
 }
 
 static void take_minima(const bs_core *core, bs_stretch *stretch, int degree,
@@ -303,8 +301,7 @@ static bs_status scan_step(bs_core *core) {
   for (int piece = 0; piece < parts && !stretch->crossing; piece++) {
     const double share = 1.0 / parts, first = piece * share;
     const double start = stretch->step_end + (first - 1.0) * width;
-    const int d =
-        step_part(core, power, degree, first, share, width, part);
+    const int d = step_part(core, power, degree, first, share, width, part);
     for (int i = 0; i < count; i++) {
       for (int k = 0; k <= d; k++) {
         g[k] = set[i].sign * part[k] + (k == 0 ? set[i].offset : 0.0);
@@ -327,8 +324,7 @@ static bs_status scan_step(bs_core *core) {
  * the tolerance, from y'' at (t, y). */
 static double first_step(bs_core *core, double t, const double *y) {
   const int32_t n = core->system.n;
-  const bs_dynamics *dynamics =
-      bs_system_dynamics(&core->system, core->mode);
+  const bs_dynamics *dynamics = bs_system_dynamics(&core->system, core->mode);
   double *first = core->scratch, *second = core->held.c;
   double *slope = core->held.f; /* two rows: F and F' */
   bs_system_rhs(&core->system, core->mode, t, y, first);

@@ -159,14 +159,14 @@ static int rises(int degree, double *b, int depth, double low, double high,
   double left[BS_ROOTS_DEGREE + 1];
   const double middle = 0.5 * (low + high);
   halve(degree, b, left);
-  const int joined = left[degree] == 0.0 && degree > 0 &&
-                     left[degree - 1] < 0.0 && b[1] > 0.0;
+  const int joined =
+      left[degree] == 0.0 && degree > 0 && left[degree - 1] < 0.0 && b[1] > 0.0;
   int found = rises(degree, left, depth + 1, low, middle, capacity, x);
   if (joined && found < capacity) {
     x[found++] = middle; /* the minimum lies exactly on the cut */
   }
-  return found + rises(degree, b, depth + 1, middle, high, capacity - found,
-                       x + found);
+  return found +
+         rises(degree, b, depth + 1, middle, high, capacity - found, x + found);
 }
 
 int bs_roots_minima(int degree, const double *bernstein, double limit,

@@ -54,15 +54,15 @@ static double weighted_size(const bs_series *series, int k, double rtol,
   double size = 0.0;
   for (int32_t i = 0; i < 2 * series->n; i++) {
     const double allowed = rtol * fabs(series->c[i]) + atol[i];
-    const double entry = fabs(series->c[(size_t)k * 2 * (size_t)series->n +
-                                        (size_t)i]);
+    const double entry =
+        fabs(series->c[(size_t)k * 2 * (size_t)series->n + (size_t)i]);
     size = fmax(size, entry / allowed);
   }
   return size;
 }
 
-double bs_series_reach(const bs_series *series, double rtol,
-                       const double *atol, double share, double longest) {
+double bs_series_reach(const bs_series *series, double rtol, const double *atol,
+                       double share, double longest) {
   double reach = longest;
   for (int k = BS_SERIES_ORDER - 1; k <= BS_SERIES_ORDER; k++) {
     const double size = weighted_size(series, k, rtol, atol);
@@ -95,8 +95,8 @@ void bs_series_velocity(const bs_series *series, const bs_system *system,
     noise[k] = 0.0; /* k = 0: the velocity itself is what it is */
     if (k > 0) {
       const double *before = series->c + (size_t)(k - 1) * 2 * (size_t)n;
-      double sum = fabs(series->f[(size_t)(k - 1) * (size_t)n +
-                                  (size_t)system->joint]);
+      double sum =
+          fabs(series->f[(size_t)(k - 1) * (size_t)n + (size_t)system->joint]);
       if (k == 1) {
         sum += fabs(level * system->u[system->joint]);
       }

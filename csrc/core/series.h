@@ -28,8 +28,8 @@ void bs_series_expand(bs_series *series, const bs_system *system, bs_mode mode,
 
 /* Largest step whose truncation error stays below `share` of the error that
  * rtol*|y| + atol allows; at most `longest`. */
-double bs_series_reach(const bs_series *series, double rtol,
-                       const double *atol, double share, double longest);
+double bs_series_reach(const bs_series *series, double rtol, const double *atol,
+                       double share, double longest);
 
 /* y (size 2n) at local time t. */
 void bs_series_at(const bs_series *series, double t, double *y);

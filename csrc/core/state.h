@@ -45,20 +45,20 @@ struct bs_core {
   double *y;       /* size 2n: state at a start or an event */
   double *scratch; /* size 2n */
   bs_stretch stretch;
-  int restart;     /* the next stretch begins with a series at (t, y) */
-  int zero_order;  /* order of the zero known at the start: 0, 1 or 2 */
-  int limit_side;  /* stick: the start lies on this limit; 0: on none */
+  int restart;            /* the next stretch begins with a series at (t, y) */
+  int zero_order;         /* order of the zero known at the start: 0, 1 or 2 */
+  int limit_side;         /* stick: the start lies on this limit; 0: on none */
   double slope_before[2]; /* of the threshold functions at the last end */
 
-  double window_start; /* absolute; HUGE_VAL: none */
+  double window_start;  /* absolute; HUGE_VAL: none */
   double *window_state; /* size 2n */
   int window_open;
 
   double recent[BS_RECENT]; /* local times of the last events and touches */
   double recent_base[BS_RECENT]; /* and their whole periods; a ring */
   int recent_count;
-  double crowd_period;      /* period number of `crowd` */
-  double crowd;             /* events in it */
+  double crowd_period; /* period number of `crowd` */
+  double crowd;        /* events in it */
 };
 
 /* Time conversions: absolute = base periods + local, each rounded once. */

@@ -9,7 +9,8 @@ typedef struct {
   const char *text;
 } status_row;
 
-#define ROW(code, text) {code, #code, text}
+#define ROW(code, text) \
+  { code, #code, text }
 
 static const status_row table[] = {
     ROW(BS_OK, "done"),

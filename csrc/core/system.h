@@ -14,8 +14,8 @@
 #include "friction.h"
 
 typedef struct {
-  double *A;           /* size 2n*n: column k holds the factors of y[k] */
-  bs_forcing forcing;  /* F(t), n channels */
+  double *A;          /* size 2n*n: column k holds the factors of y[k] */
+  bs_forcing forcing; /* F(t), n channels */
 } bs_dynamics;
 
 typedef struct {
@@ -28,7 +28,7 @@ typedef struct {
   bs_forcing load;     /* f(t) itself, n channels: for the work done */
   double *C;           /* size n*n: for the viscous loss */
   double period;
-  int32_t harmonics;   /* highest harmonic of f that is not zero */
+  int32_t harmonics; /* highest harmonic of f that is not zero */
 } bs_system;
 
 bs_status bs_system_init(bs_system *system, const bs_problem *problem);

@@ -19,7 +19,7 @@ typedef struct {
   int64_t n;         /* size of row */
   const double *row; /* size n; NULL: take component `unit` */
   int64_t unit;
-  int count;         /* terms of the last combination */
+  int count;                   /* terms of the last combination */
   double factor[16], term[16]; /* its factors and the images of its vectors */
 } bs_probe;
 

@@ -81,8 +81,7 @@ static void *take(buffers *held, PyObject *object, const char *name, char type,
 /* --- the type ------------------------------------------------------------- */
 
 typedef struct {
-  PyObject_HEAD
-  bs_core *core;
+  PyObject_HEAD bs_core *core;
   Py_ssize_t n;
   int busy; /* guarded by the interpreter lock */
 } Core;
@@ -125,9 +124,9 @@ static int fill_inputs(buffers *held, PyObject **array, bs_problem *problem,
   }
   problem->harmonics = (int32_t)(rows - 1);
   problem->f_sin = take(held, array[5], "f_sin", 'd', 0, rows, n, NULL);
-  settings->atol =
-      problem->f_sin ? take(held, array[6], "atol", 'd', 0, 2 * n, 0, NULL)
-                     : NULL;
+  settings->atol = problem->f_sin
+                       ? take(held, array[6], "atol", 'd', 0, 2 * n, 0, NULL)
+                       : NULL;
   *y0 = settings->atol ? take(held, array[7], "y0", 'd', 0, 2 * n, 0, NULL)
                        : NULL;
   return *y0 ? 0 : -1;
@@ -147,10 +146,10 @@ static PyObject *core_new(PyTypeObject *type, PyObject *args,
   if (!PyArg_ParseTuple(
           args, "iiiidddddLLdddOOOOOOOO:Core", &problem.n, &problem.joint,
           &problem.law, &settings.method, &problem.Omega, &problem.Q_m,
-          &problem.Q_s, &problem.sigma, &settings.rtol, &max_steps,
-          &max_events, &settings.events_per_period, &settings.grazing,
-          &window_start, &array[0], &array[1], &array[2], &array[3], &array[4],
-          &array[5], &array[6], &array[7])) {
+          &problem.Q_s, &problem.sigma, &settings.rtol, &max_steps, &max_events,
+          &settings.events_per_period, &settings.grazing, &window_start,
+          &array[0], &array[1], &array[2], &array[3], &array[4], &array[5],
+          &array[6], &array[7])) {
     return NULL;
   }
   if (problem.n < 1 || problem.n > 20000) {
@@ -168,10 +167,9 @@ static PyObject *core_new(PyTypeObject *type, PyObject *args,
   char text[256] = "";
   bs_core *core = NULL;
   bs_status status;
-  Py_BEGIN_ALLOW_THREADS
-  status = bs_create(&core, &problem, &settings, y0, text);
-  Py_END_ALLOW_THREADS
-  release(&held);
+  Py_BEGIN_ALLOW_THREADS status =
+      bs_create(&core, &problem, &settings, y0, text);
+  Py_END_ALLOW_THREADS release(&held);
   if (status != BS_OK) {
     return raise_status(status, text);
   }
@@ -226,19 +224,17 @@ static int fill_output(buffers *held, PyObject **array, Py_ssize_t n,
   out->n_samples = rows;
   out->sample_state =
       take(held, array[2], "sample_state", 'd', 1, rows, 2 * n, NULL);
-  out->sample_torque =
-      out->sample_state
-          ? take(held, array[3], "sample_torque", 'd', 1, rows, 0, NULL)
-          : NULL;
+  out->sample_torque = out->sample_state ? take(held, array[3], "sample_torque",
+                                                'd', 1, rows, 0, NULL)
+                                         : NULL;
   if (!out->sample_torque) {
     return -1;
   }
-  out->event_values = take(held, array[4], "event_values", 'd', 1, -1,
-                           BS_EVENT_VALUES, &rows);
-  out->event_codes =
-      out->event_values
-          ? take(held, array[5], "event_codes", 'i', 1, rows, 2, NULL)
-          : NULL;
+  out->event_values =
+      take(held, array[4], "event_values", 'd', 1, -1, BS_EVENT_VALUES, &rows);
+  out->event_codes = out->event_values ? take(held, array[5], "event_codes",
+                                              'i', 1, rows, 2, NULL)
+                                       : NULL;
   if (!out->event_codes) {
     return -1;
   }
@@ -250,8 +246,8 @@ static int fill_output(buffers *held, PyObject **array, Py_ssize_t n,
       return -1;
     }
   }
-  out->touch_values = take(held, array[7], "touch_values", 'd', 1, -1,
-                           BS_TOUCH_VALUES, &rows);
+  out->touch_values =
+      take(held, array[7], "touch_values", 'd', 1, -1, BS_TOUCH_VALUES, &rows);
   out->touch_capacity = rows;
   return out->touch_values ? 0 : -1;
 }
@@ -296,10 +292,8 @@ static PyObject *core_run(PyObject *object, PyObject *args) {
   out.touches_done = counts[2];
   bs_status status;
   self->busy = 1;
-  Py_BEGIN_ALLOW_THREADS
-  status = bs_run(self->core, t_stop, seconds, &out);
-  Py_END_ALLOW_THREADS
-  self->busy = 0;
+  Py_BEGIN_ALLOW_THREADS status = bs_run(self->core, t_stop, seconds, &out);
+  Py_END_ALLOW_THREADS self->busy = 0;
   counts[0] = out.samples_done;
   counts[1] = out.events_done;
   counts[2] = out.touches_done;
@@ -400,8 +394,7 @@ static PyType_Slot core_slots[] = {
 };
 
 static PyType_Spec core_spec = {
-    "beltsim._core.Core", sizeof(Core), 0,
-    Py_TPFLAGS_DEFAULT, core_slots,
+    "beltsim._core.Core", sizeof(Core), 0, Py_TPFLAGS_DEFAULT, core_slots,
 };
 
 /* --- the module ----------------------------------------------------------- */
@@ -451,9 +444,17 @@ static PyModuleDef_Slot module_slots[] = {
 };
 
 static struct PyModuleDef module = {
-    PyModuleDef_HEAD_INIT, "beltsim._core",
+    PyModuleDef_HEAD_INIT,
+    "beltsim._core",
     "The compiled integrator; used by beltsim.transient only.",
-    0, module_methods, module_slots, NULL, NULL, NULL,
+    0,
+    module_methods,
+    module_slots,
+    NULL,
+    NULL,
+    NULL,
 };
 
-PyMODINIT_FUNC PyInit__core(void) { return PyModuleDef_Init(&module); }
+PyMODINIT_FUNC PyInit__core(void) {
+  return PyModuleDef_Init(&module);
+}

@@ -1,10 +1,11 @@
 /* beltsim core: n linear coordinates, one dry-friction joint, periodic forcing.
  *
  *     M q'' + (C + G) q' + K q + e_j h(q_j') = f(t)
- *     f(t) = sum_k c_k cos(k Omega t) + s_k sin(k Omega t),  period T = 2 pi/Omega
+ *     f(t) = sum_k c_k cos(k Omega t) + s_k sin(k Omega t),  period T = 2
+ * pi/Omega
  *
- * Coulomb joint: h = Q_m sgn(v) while v = q_j' is not 0; at v = 0 whatever keeps
- * it at rest, up to Q_s. Saturated joint: h = Q_m clip(v/sigma, -1, 1).
+ * Coulomb joint: h = Q_m sgn(v) while v = q_j' is not 0; at v = 0 whatever
+ * keeps it at rest, up to Q_s. Saturated joint: h = Q_m clip(v/sigma, -1, 1).
  *
  * This header is the whole interface. Every function that can fail returns a
  * bs_status: 0 and positive codes are news, negative codes are errors. Inputs
@@ -21,8 +22,8 @@ typedef struct bs_core bs_core;
 
 /* News (>= 0) and errors (< 0) of every function. */
 typedef enum {
-  BS_OK = 0,          /* done; for bs_run: the stop time is reached */
-  BS_EVENTS_FULL = 1, /* drain the event buffer, then call bs_run again */
+  BS_OK = 0,           /* done; for bs_run: the stop time is reached */
+  BS_EVENTS_FULL = 1,  /* drain the event buffer, then call bs_run again */
   BS_TOUCHES_FULL = 2, /* drain the touch buffer, then call bs_run again */
   BS_SLICE = 3,        /* the time slice is over; call bs_run again */
 
@@ -34,18 +35,18 @@ typedef enum {
   BS_TOO_MANY_EVENTS = -6, /* budget max_events is used up */
   BS_CHATTER = -7,         /* an impossible number of events in a short time */
   BS_STUCK_TIME = -8,      /* the step no longer moves the clock: t + h = t */
-  BS_TOO_MUCH_ACCURACY = -9,  /* CV_TOO_MUCH_ACC */
-  BS_ERROR_TEST = -10,        /* CV_ERR_FAILURE: error test failed, h at least */
-  BS_CONVERGENCE = -11,       /* CV_CONV_FAILURE */
+  BS_TOO_MUCH_ACCURACY = -9, /* CV_TOO_MUCH_ACC */
+  BS_ERROR_TEST = -10,       /* CV_ERR_FAILURE: error test failed, h at least */
+  BS_CONVERGENCE = -11,      /* CV_CONV_FAILURE */
   BS_LINEAR_SOLVER_INIT = -12,  /* CV_LINIT_FAIL */
   BS_LINEAR_SOLVER_SETUP = -13, /* CV_LSETUP_FAIL */
   BS_LINEAR_SOLVER_SOLVE = -14, /* CV_LSOLVE_FAIL */
-  BS_RIGHT_SIDE = -15,  /* CV_RHSFUNC_FAIL and its first-call, repeated and
-                           unrecoverable relatives */
-  BS_CONSTRAINT = -16,  /* CV_CONSTR_FAIL */
+  BS_RIGHT_SIDE = -15,       /* CV_RHSFUNC_FAIL and its first-call, repeated and
+                                unrecoverable relatives */
+  BS_CONSTRAINT = -16,       /* CV_CONSTR_FAIL */
   BS_NONLINEAR_SOLVER = -17, /* CV_NLS_INIT_FAIL, _SETUP_FAIL, CV_NLS_FAIL */
   BS_VECTOR = -18,           /* CV_VECTOROP_ERR */
-  BS_SOLVER_USE = -19,  /* CV_ILL_INPUT, CV_BAD_*, CV_TOO_CLOSE, CV_NO_MALLOC */
+  BS_SOLVER_USE = -19, /* CV_ILL_INPUT, CV_BAD_*, CV_TOO_CLOSE, CV_NO_MALLOC */
   BS_SOLVER_UNKNOWN = -20, /* any other code of SUNDIALS */
   BS_INTERNAL = -21,       /* a promise inside the core was broken */
   BS_OUT_OF_TIME = -22     /* for callers that keep a budget of wall time */
@@ -82,30 +83,30 @@ typedef struct {
   double Omega;      /* > 0 */
   double Q_m, Q_s;   /* Coulomb; Q_m alone for the saturated law */
   double sigma;      /* half width of the band; saturated law only */
-  const double *M, *C, *G, *K;  /* size n*n each */
-  const double *f_cos, *f_sin;  /* size (H + 1)*n each, row k: harmonic k */
+  const double *M, *C, *G, *K; /* size n*n each */
+  const double *f_cos, *f_sin; /* size (H + 1)*n each, row k: harmonic k */
 } bs_problem;
 
 typedef struct {
   double rtol;
-  const double *atol;  /* size 2n: coordinates, then velocities; all > 0 */
-  int32_t method;      /* bs_method */
-  int64_t max_steps;   /* internal steps of the whole run */
-  int64_t max_events;  /* events of the whole run */
+  const double *atol;       /* size 2n: coordinates, then velocities; all > 0 */
+  int32_t method;           /* bs_method */
+  int64_t max_steps;        /* internal steps of the whole run */
+  int64_t max_events;       /* events of the whole run */
   double events_per_period; /* more than this is chatter */
-  double grazing;      /* touches below this share of the peak are reported */
+  double grazing; /* touches below this share of the peak are reported */
 } bs_settings;
 
 /* One event takes BS_EVENT_VALUES doubles, in this order. */
 enum {
-  BS_EVENT_T = 0,      /* absolute time */
-  BS_EVENT_POSITION,   /* coordinate of the joint */
-  BS_EVENT_BEFORE,     /* friction torque just before */
-  BS_EVENT_AFTER,      /* friction torque just after */
-  BS_EVENT_REACTION,   /* torque that would hold the joint here */
-  BS_EVENT_RATE,       /* rate of the threshold function through zero */
-  BS_EVENT_DEPTH,      /* how far beyond the threshold the function would go
-                          before it turns back; HUGE_VAL when it does not */
+  BS_EVENT_T = 0,    /* absolute time */
+  BS_EVENT_POSITION, /* coordinate of the joint */
+  BS_EVENT_BEFORE,   /* friction torque just before */
+  BS_EVENT_AFTER,    /* friction torque just after */
+  BS_EVENT_REACTION, /* torque that would hold the joint here */
+  BS_EVENT_RATE,     /* rate of the threshold function through zero */
+  BS_EVENT_DEPTH,    /* how far beyond the threshold the function would go
+                        before it turns back; HUGE_VAL when it does not */
   BS_EVENT_VALUES
 };
 
@@ -136,26 +137,26 @@ typedef struct {
 
 /* What is known at any time, after an error too. */
 typedef struct {
-  double t;              /* absolute time reached */
-  int32_t mode;          /* bs_mode there */
-  int32_t initial_mode;  /* bs_mode at t = 0 */
-  int64_t events;        /* so far */
-  double last_event_t;   /* NaN before the first */
+  double t;             /* absolute time reached */
+  int32_t mode;         /* bs_mode there */
+  int32_t initial_mode; /* bs_mode at t = 0 */
+  int64_t events;       /* so far */
+  double last_event_t;  /* NaN before the first */
   int32_t last_event_kind;
-  int32_t solver_code;   /* last code of SUNDIALS that was an error, or 0 */
-  int64_t steps;         /* internal steps, series steps included */
-  int64_t series_steps;  /* of them by the local series */
-  int64_t right_sides;   /* evaluations asked for by CVODE */
+  int32_t solver_code;  /* last code of SUNDIALS that was an error, or 0 */
+  int64_t steps;        /* internal steps, series steps included */
+  int64_t series_steps; /* of them by the local series */
+  int64_t right_sides;  /* evaluations asked for by CVODE */
   int64_t error_test_failures;
   int64_t convergence_failures;
   int64_t jacobians;
   int64_t restarts;
-  double velocity_peak;  /* largest |v| of the joint at step ends */
-  double reaction_peak;  /* largest |reaction| at events and in stick */
-  double forcing_work;   /* integral of f.q' over the window */
-  double viscous_loss;   /* integral of q''C q' over the window */
+  double velocity_peak;        /* largest |v| of the joint at step ends */
+  double reaction_peak;        /* largest |reaction| at events and in stick */
+  double forcing_work;         /* integral of f.q' over the window */
+  double viscous_loss;         /* integral of q''C q' over the window */
   double window_friction_loss; /* integral of h v over the window */
-  double friction_loss;  /* integral of h v over the run; saturated law only */
+  double friction_loss; /* integral of h v over the run; saturated law only */
 } bs_summary;
 
 /* Faults for tests: make the next things go wrong. All zero: none. */
