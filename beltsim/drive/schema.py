@@ -55,7 +55,7 @@ _POINT = "[x, y], two numbers from -10 to 10"
 class Table(BaseModel):
     """A table of a drive file: frozen, no unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="always")
 
 
 class Pulley(Table):

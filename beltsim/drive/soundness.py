@@ -48,6 +48,9 @@ TABLES: dict[tuple[str, ...], type[BaseModel]] = {
     ("overrides",): Overrides,
 }
 
+#: Wrong values and keys that are told one by one; a drive file never has more.
+MOST_TOLD = 500
+
 #: How a value given in a customary unit relates to the key's unit: ending, factor, unit.
 _CUSTOMARY = (
     ("length_kg_m", 1e-3, "g/m"),
@@ -76,11 +79,15 @@ def mistakes_in(tables: Mapping[str, Any], error: ValidationError | None = None)
     list of Mistake
         In the order: values and keys, keys that depend on each other, layout.
     """
-    found, bad = [], set()
-    for entry in error.errors(include_url=False, include_context=False) if error else ():
-        location = tuple(entry["loc"])
-        found.append(_reworded(location, entry["type"], entry["input"]))
-        bad.add(location)
+    entries = error.errors(include_url=False, include_context=False) if error else []
+    bad: set[Location] = {tuple(entry["loc"]) for entry in entries}
+    found = [
+        _reworded(tuple(entry["loc"]), entry["type"], entry["input"])
+        for entry in entries[:MOST_TOLD]
+    ]
+    if len(entries) > MOST_TOLD:
+        more = Words(f"{len(entries) - MOST_TOLD} further mistakes")
+        found.append(Mistake("drive", more, "a drive file; is this one?"))
     given = _Given(tables, bad)
     for check in (_belt, _tensioner, _speed, _excitation, _roles, _names, _overrides, _layout):
         found += check(given)
@@ -93,6 +100,7 @@ class _Given:
     def __init__(self, tables: Mapping[str, Any], bad: set[Location]) -> None:
         self._tables = tables
         self._bad = bad
+        self._spoilt = {entry[:n] for entry in bad for n in range(len(entry) + 1)}
 
     def entry(self, *location: str | int) -> Any:
         """What stands at `location`, right or wrong; None when nothing does."""
@@ -111,10 +119,9 @@ class _Given:
 
     def value(self, *location: str | int) -> Any:
         """The value at `location`, or None when it is absent or anything about it is wrong."""
-        n = len(location)
-        for bad in self._bad:
-            if bad[:n] == location[: len(bad)]:
-                return None
+        above = (location[:n] for n in range(len(location)))
+        if location in self._spoilt or any(table in self._bad for table in above):
+            return None
         return self.entry(*location)
 
     def present(self, *location: str | int) -> list[str]:
@@ -144,6 +151,8 @@ class _Given:
 def _reworded(location: Location, kind: str, value: Any) -> Mistake:
     """Finding of pydantic as a mistake with its path, value and what is allowed."""
     names = tuple(part for part in location if isinstance(part, str))
+    if not names:  # a key that is no text: pydantic looks no further
+        return Mistake("drive", shown(value), "a table whose keys are those of a drive file")
     table = TABLES.get(names[:-1]) if names else None
     field = None if table is None else table.model_fields.get(names[-1])
     if kind == "extra_forbidden" or field is None:
