@@ -184,7 +184,7 @@ TABLES = [(name, path) for name, base in BASES.items() for path in branches(base
 def test_extra_keys_and_spoilt_tables_are_refused_by_name(base, path):
     here = at(BASES[base], path)
     if isinstance(here, dict):
-        for key in ("surplus", "", " ", "a.b", "\x00", "radius_m ", "__class__"):
+        for key in ("surplus", "", " ", "a.b", "\x00", "radius_m ", "__class__", "self", "cls"):
             fields = refusal(spoilt(BASES[base], (*path, key), 1.0))
             assert any(field.startswith(words(path)) for field in fields)
             assert len(fields) == 1

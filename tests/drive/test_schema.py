@@ -2,6 +2,8 @@
 
 import copy
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -377,3 +379,11 @@ def test_validate_takes_a_table(value):
 def test_validate_takes_a_drive():
     drive = zhu_parker_2008()
     assert Drive.model_validate(drive) is drive
+
+
+def test_importing_drives_loads_nothing_heavy():
+    code = "import sys, beltsim.drive; print(*sorted(sys.modules))"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    loaded = set(run.stdout.split())
+    assert {"numpy", "pydantic"} <= loaded
+    assert not loaded & {"scipy", "xarray", "matplotlib", "tqdm", "tomli_w", "pandas", "numba"}
