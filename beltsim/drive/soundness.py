@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from beltsim.drive.faults import layout_faults
 from beltsim.drive.schema import (
@@ -80,6 +81,7 @@ def mistakes_in(tables: Mapping[str, Any], error: ValidationError | None = None)
         In the order: values and keys, keys that depend on each other, layout.
     """
     entries = error.errors(include_url=False, include_context=False) if error else []
+    entries = [entry for entry in entries if not _short_of_sound_ones(entry)]
     bad: set[Location] = {tuple(entry["loc"]) for entry in entries}
     found = [
         _reworded(tuple(entry["loc"]), entry["type"], entry["input"])
@@ -92,6 +94,15 @@ def mistakes_in(tables: Mapping[str, Any], error: ValidationError | None = None)
     for check in (_belt, _tensioner, _speed, _excitation, _roles, _names, _overrides, _layout):
         found += check(given)
     return list({mistake.field + str(mistake): mistake for mistake in found}.values())
+
+
+def _short_of_sound_ones(entry: ErrorDetails) -> bool:
+    """Whether a list is called too short only because wrong entries were not counted in it."""
+    value = entry["input"]
+    shortest = {"pulleys": 2, "excitation.orders": 1}.get(path_words(entry["loc"]))
+    if entry["type"] != "too_short" or shortest is None:
+        return False
+    return isinstance(value, Sequence) and len(value) >= shortest
 
 
 class _Given:
@@ -173,8 +184,11 @@ def _known_keys(names: tuple[str, ...]) -> str:
     if table is None:
         return "a key of a drive file"
     known = list(table.model_fields)
-    close = difflib.get_close_matches(names[-1][:100], known, n=1, cutoff=0.5)
-    nearest = f"did you mean {close[0]}? " if close else ""
+    word = names[-1][:100].lower()
+    plain = {key.lower(): key for key in known}
+    close = [key for key in plain if word and key.startswith(word)]  # the unit left out
+    close += difflib.get_close_matches(word, plain, n=1, cutoff=0.5)
+    nearest = f"did you mean {plain[close[0]]}? " if close else ""
     return f"a known key; {nearest}known here: {', '.join(known)}"
 
 

@@ -56,6 +56,19 @@ def test_every_mistake_is_told_at_once(data):
     }
 
 
+def test_wrong_entries_do_not_make_a_list_too_short(data):
+    """Nor do they keep the other checks of the list from speaking."""
+    del data["tensioner"], data["overrides"]
+    for pulley in data["pulleys"]:
+        pulley["radius_m"] = 0.0
+    data["excitation"] = {"orders": [{"order": 0.3, "speed_fluctuation": 0.1}]}
+    assert set(refused(data)) == {
+        *(f"pulleys[{i}].radius_m" for i in range(3)),
+        "tensioner",
+        "excitation.orders[0].order",
+    }
+
+
 @pytest.mark.parametrize(
     ("path", "value", "hint"),
     [
@@ -97,6 +110,8 @@ def test_no_hint_where_a_unit_explains_nothing(data):
         ("belt", "initial_tension", "initial_tension_N"),
         ("tensioner", "friction_torque_Nm", "friction_torque_N_m"),
         ("operating_point", "omega", "Omega"),
+        ("belt", "EI", "EI_N_m2"),
+        ("belt", "ea", "EA_N"),
         ("damping", "zeta_ratio", "ratio"),
         ("excitation", "order", "orders"),
         ("overrides", "beta_1", "beta_1_deg"),
