@@ -225,6 +225,7 @@ def _create(
         Q_m, Q_s = law.Q_m, float(law.Q_s or 0.0)
     elif isinstance(law, SaturatedCoulomb):
         Q_m, sigma = law.Q_m, law.sigma
+    share = settings.step_share(problem)
     try:
         return core_module.Core(
             problem.n,
@@ -235,7 +236,7 @@ def _create(
             Q_m,
             Q_s,
             sigma,
-            settings.rtol,
+            share * settings.rtol,
             settings.max_steps,
             settings.max_events,
             events_per_period(problem) if law is not None else math.inf,
@@ -247,7 +248,7 @@ def _create(
             problem.K,
             problem.forcing.cos,
             problem.forcing.sin,
-            settings.atol_for(problem, y0, t_end),
+            share * settings.atol_for(problem, y0, t_end),
             y0,
         )
     except RuntimeError as error:

@@ -78,7 +78,7 @@ def integrate(
     settings = Settings() if settings is None else settings
     y0, t_end = _checked(problem, periods, initial_state, settings)
     window_start = max(0.0, t_end - problem.period)
-    sample_t = _sample_times(problem, settings, periods, window_start, t_end)
+    sample_t = _sample_times(problem, settings, periods, t_end)
     driver = Driver(problem, settings, y0, t_end, window_start, sample_t)
     try:
         driver.run(progress)
@@ -120,11 +120,12 @@ def _sample_times(
     problem: FrictionProblem,
     settings: Settings,
     periods: float,
-    window_start: float,
     t_end: float,
 ) -> FloatArray:
     """Times of the samples; those of the last period are taken even when they are not kept."""
-    start, length = (0.0, periods) if settings.keep == "all" else (window_start, min(1.0, periods))
+    wanted = settings.kept_periods if settings.keep == "last_period" else 1.0
+    length = periods if settings.keep == "all" else min(wanted, periods)
+    start = max(0.0, t_end - length * problem.period)
     # a hair less, so that rounding of `periods` does not add a sample
     count = max(1, math.ceil(settings.samples_per_period * length * (1.0 - 1e-12))) + 1
     if count * (2 * problem.n + 2) * 8 > LARGEST_SAMPLES:

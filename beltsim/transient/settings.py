@@ -24,6 +24,9 @@ METHODS = ("auto", "adams", "bdf", "taylor")
 KEEPS = ("last_period", "all", "events")
 #: Share of rtol that the default absolute tolerances allow on a full swing.
 ATOL_SHARE = 0.01
+#: Errors of some thousand steps add up: each step of CVODE is held to this share of both
+#: tolerances, but never to less than TIGHTEST of the state, which rounding could not meet.
+STEP_SHARE, TIGHTEST = 0.01, 1e-14
 #: A touch or event is called near grazing below this many rtol of the peak, but never above
 #: GRAZING_MOST: the error of a whole run is larger than that of one step.
 GRAZING_FACTOR, GRAZING_MOST = 1e3, 1e-3
@@ -38,7 +41,8 @@ class Settings:
     Parameters
     ----------
     rtol : float
-        Relative tolerance of each step, 1e-14 to 1e-2.
+        Relative tolerance, 1e-14 to 1e-2. It is meant for the state after some tens of periods:
+        each step of CVODE is held to a hundredth of `rtol` and `atol`.
     atol : float or array_like of shape (2n,), optional
         Absolute tolerances, coordinates then velocities. Default: 0.01 rtol times the amplitude
         that the reference energy allows each coordinate, see `default_atol`.
@@ -56,6 +60,9 @@ class Settings:
         Budgets of the whole run; exceeding one is a `CoreError`.
     max_seconds : float
         Budget of wall time.
+    kept_periods : float
+        With ``keep="last_period"``: how many periods at the end are sampled. The figures belong to
+        the very last one all the same.
 
     Raises
     ------
@@ -77,6 +84,7 @@ class Settings:
     max_steps: int = 100_000_000
     max_events: int = 10_000_000
     max_seconds: float = math.inf
+    kept_periods: float = 1.0
 
     def __post_init__(self) -> None:
         mistakes = []
@@ -99,6 +107,10 @@ class Settings:
             mistakes.append(Mistake("settings.event_states", self.event_states, "True or False"))
         if not _is_budget(self.max_seconds):
             mistakes.append(Mistake("settings.max_seconds", self.max_seconds, "a number > 0"))
+        kept = real_number(self.kept_periods)
+        if kept is None or not kept > 0.0:
+            allowed = "a finite number > 0"
+            mistakes.append(Mistake("settings.kept_periods", self.kept_periods, allowed))
         if mistakes:
             raise InvalidProblemError(mistakes)
 
@@ -112,6 +124,12 @@ class Settings:
         if self.method != "auto":
             return self.method
         return "bdf" if isinstance(problem.friction, SaturatedCoulomb) else "adams"
+
+    def step_share(self, problem: FrictionProblem) -> float:
+        """Share of both tolerances that one step is held to."""
+        if self.method_for(problem) == "taylor":
+            return 1.0  # few steps, of an error that falls with the twentieth power
+        return max(STEP_SHARE, min(1.0, TIGHTEST / self.rtol))
 
     def atol_for(self, problem: FrictionProblem, y0: FloatArray, length: float) -> FloatArray:
         """Absolute tolerances (2n,) for a run of `length` from `y0`."""
