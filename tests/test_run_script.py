@@ -189,7 +189,7 @@ def test_python_too_old(tree):
     )
     command(
         path,
-        f"#!/bin/sh\nfor code; do :; done\nexec {sys.executable} -I -c '{pretend}' \"$code\"\n",
+        f"#!/bin/sh\nfor code; do :; done\nexec '{sys.executable}' -I -c '{pretend}' \"$code\"\n",
     )
     line = one_line(run(tree, "job", PYTHON=str(path)))
     assert re.search(r"Python >= 3\.11 needed, but .* is 3\.9\.2; .* PYTHON=", line)
