@@ -15,6 +15,8 @@ from docs import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = blocks.pages()
+#: Pages whose links are checked as well; their commands belong to other tests.
+MORE = [ROOT / "CONTRIBUTING.md", ROOT / "validation" / "README.md"]
 LANGUAGES = {"python", "text", "console", "sh", "toml", "math", "mermaid"}
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)|<(https?://[^>]+)>")
 
@@ -102,7 +104,7 @@ def test_sh_blocks_name_verbs_that_run_has(page: Path):
             assert set(used) <= known, f"{used} not among {known}"
 
 
-@page_by_page
+@pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
 def test_links_resolve(page: Path):
     for target, _ in LINK.findall(page.read_text()):
         if not target or target.startswith(("http://", "https://")):
@@ -122,7 +124,7 @@ def anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@page_by_page
+@pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
 def test_pages_name_no_place_on_somebodys_machine(page: Path):
     found = re.findall(r"(?<![\w.])/(?:home|root|tmp|work|mnt|opt|Users)\b\S*", page.read_text())
     assert not found
@@ -198,6 +200,11 @@ def test_den_hartog_example_meets_the_closed_form():
     assert "rests)" in printed, "one row with rests"
 
 
+def test_picture_of_readme_is_small():
+    assert (ROOT / "docs" / "figures" / "arm.png").stat().st_size < 150_000
+    assert (ROOT / "docs" / "figures" / "drive.png").stat().st_size < 150_000
+
+
 def test_first_run_example_prints_what_readme_prints():
     """The ten lines of README are the example, so that they cannot drift apart."""
     readme = (ROOT / "README.md").read_text()
@@ -205,7 +212,8 @@ def test_first_run_example_prints_what_readme_prints():
     source = (ROOT / "examples" / "first_run.py").read_text()
     body = source.split('"""', 2)[2].strip()
     assert body == shown[0].strip()
-    run_example("first_run.py")
+    outputs = [block.text for block in blocks.blocks_of(readme) if block.language == "text"]
+    assert blocks.agrees(outputs[0], run_example("first_run.py"))
 
 
 def run_example(name: str) -> str:
