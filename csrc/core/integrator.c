@@ -322,11 +322,16 @@ bs_status bs_integrator_step(bs_integrator *it, double *t) {
   /* the output time only tells CVODE the direction: one internal step */
   bs_status status = checked(it, CVode(it->cvode, *t + it->system->period,
                                        it->y, &reached, CV_ONE_STEP));
+  if (status == BS_OK && it->rhs_status != BS_OK) {
+    /* the fixed-point corrector takes a refusal for slow convergence */
+    status = it->rhs_status;
+  }
   if (status != BS_OK) {
     return status;
   }
   if (!(reached > *t)) {
-    return BS_STUCK_TIME;
+    /* sizes whose squares overflow end in a step of zero */
+    return N_VMaxNorm(it->y) < 1e150 ? BS_STUCK_TIME : BS_NOT_FINITE;
   }
   *t = reached;
   return BS_OK;
