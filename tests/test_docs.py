@@ -144,6 +144,22 @@ def test_formulas_survive_rendering(page: Path):
             assert not (line.startswith("|") and "|" in formula), f"{page.name}: {formula}"
 
 
+@pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
+def test_commands_in_prose_can_be_read(page: Path):
+    """Commands that are only mentioned: verb and options exist."""
+    from beltsim.cli.arguments import parser
+    from validation.run import _options
+
+    text = blocks.FENCE.sub("", page.read_text())
+    for command in re.findall(r"`beltsim ((?!--)[^`]+)`", text):
+        words = command.split()
+        if words[0] == "validate":
+            _options(words[1:])
+        else:
+            needs_file = words in (["modes"], ["run"], ["plot"])
+            parser().parse_args([*words, "FILE"] if needs_file else words)
+
+
 @page_by_page
 def test_code_names_in_pages_exist(page: Path):
     """Dotted names such as `beltsim.linear.modes` and paths such as `beltsim/linear.py`."""
