@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -214,6 +215,12 @@ def test_den_hartog_example_meets_the_closed_form():
     for amplitude, formula in moving:
         assert amplitude == pytest.approx(formula, abs=1e-6)
     assert "rests)" in printed, "one row with rests"
+
+
+def test_figure_of_the_drive_can_be_drawn_again(tmp_path: Path):
+    script = runpy.run_path(str(ROOT / "docs" / "figures" / "drive.py"))
+    script["main"](tmp_path / "drive.png")
+    assert (tmp_path / "drive.png").stat().st_size > 10_000
 
 
 def test_picture_of_readme_is_small():
