@@ -26,6 +26,7 @@ struct bs_integrator {
   double longest; /* CVODE's step limit: it must see every harmonic; 0: none */
   SUNContext context;
   void *cvode;
+  bs_vector_pool *pool;
   N_Vector y, atol, probe_vector;
   bs_probe probe;
   SUNMatrix matrix;
@@ -135,7 +136,16 @@ static bs_status status_of(int code) {
   }
 }
 
-/* Every return code of SUNDIALS passes here, the injected ones too. */
+/* The linear solver interface numbers its codes anew. */
+static bs_status linear_checked(bs_integrator *it, int code) {
+  if (code == CVLS_SUCCESS) {
+    return BS_OK;
+  }
+  it->code = code;
+  return code == CVLS_MEM_FAIL ? BS_NO_MEMORY : BS_SOLVER_USE;
+}
+
+/* Every return code of SUNDIALS of a run passes here, the injected ones too. */
 static bs_status checked(bs_integrator *it, int code) {
   if (it->faults.solver_call > 0 && --it->faults.solver_call == 0) {
     code = it->faults.solver_code;
@@ -156,17 +166,16 @@ static bs_status checked(bs_integrator *it, int code) {
 static bs_status set_up_vectors(bs_integrator *it,
                                 const bs_settings *settings) {
   const sunindextype size = 2 * (sunindextype)it->system->n;
-  it->y = N_VNew_Serial(size, it->context);
-  if (it->y == NULL) {
+  it->pool = bs_vector_pool_create(it->context, size);
+  if (it->pool == NULL) {
     return BS_NO_MEMORY;
   }
-  bs_vector_speed_up(it->y);
-  it->atol = N_VClone(it->y);
+  it->y = bs_vector_take(it->pool);
+  it->atol = bs_vector_take(it->pool);
   it->probe_vector = bs_vector_probe(it->context, &it->probe);
-  if (it->atol == NULL || it->probe_vector == NULL) {
+  if (it->probe_vector == NULL) {
     return BS_NO_MEMORY;
   }
-  N_VConst(0.0, it->y);
   memcpy(N_VGetArrayPointer_Serial(it->atol), settings->atol,
          (size_t)size * sizeof(double));
   return BS_OK;
@@ -188,10 +197,10 @@ static bs_status set_up_solver(bs_integrator *it, bs_method method) {
   if (it->linear == NULL) {
     return BS_NO_MEMORY;
   }
-  bs_status status =
-      checked(it, CVodeSetLinearSolver(it->cvode, it->linear, it->matrix));
+  bs_status status = linear_checked(
+      it, CVodeSetLinearSolver(it->cvode, it->linear, it->matrix));
   if (status == BS_OK) {
-    status = checked(it, CVodeSetJacFn(it->cvode, jacobian));
+    status = linear_checked(it, CVodeSetJacFn(it->cvode, jacobian));
   }
   return status;
 }
@@ -272,12 +281,7 @@ void bs_integrator_free(bs_integrator *it) {
   if (it->probe_vector != NULL) {
     N_VFreeEmpty(it->probe_vector);
   }
-  if (it->atol != NULL) {
-    N_VDestroy(it->atol);
-  }
-  if (it->y != NULL) {
-    N_VDestroy(it->y);
-  }
+  bs_vector_pool_free(it->pool);
   if (it->context != NULL) {
     SUNContext_Free(&it->context);
   }

@@ -58,7 +58,8 @@ static void fails_with(const bs_faults *faults, int method, bs_status wanted) {
   const bs_status status = bs_run(core, 60.0, 1e9, &book->out);
   if (status != wanted) {
     fprintf(stderr, "code %d call %lld: got %s, wanted %s\n",
-            faults->solver_code, (long long)(faults->solver_call + faults->bad_rhs_call),
+            faults->solver_code,
+            (long long)(faults->solver_call + faults->bad_rhs_call),
             bs_status_name(status), bs_status_name(wanted));
   }
   CHECK(status == wanted);
