@@ -175,6 +175,8 @@ def _add_legend(figure: Figure, axes: Any) -> None:
     from matplotlib.patches import Patch
 
     handles, names = axes.get_legend_handles_labels()
-    handles.append(Patch(color=SHADE))
-    names.append("sticking")
-    figure.legend(handles, names, loc="outside lower center", ncols=len(names), frameon=False)
+    if axes.patches:  # the shaded stretches
+        handles.append(Patch(color=SHADE))
+        names.append("sticking")
+    if names:
+        figure.legend(handles, names, loc="outside lower center", ncols=len(names), frameon=False)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from beltsim.errors import InvalidProblemError
-from beltsim.plots.style import CYCLE, add_crank_angle, new_figure, plain_axes, time_axis
+from beltsim.plots.style import CYCLE, INK, add_crank_angle, new_figure, plain_axes, time_axis
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -63,6 +63,8 @@ def span_tensions(
             color=CYCLE[i % len(CYCLE)],
             linestyle=_DASHES[i // len(CYCLE) % len(_DASHES)],
         )
+    if axes.get_ylim()[0] < 0.0:  # below it the model's belt pushes, a real one is slack
+        axes.axhline(0.0, color=INK, linewidth=0.9)
     axes.set_ylabel("span tension (N)")
     axes.set_xlabel(axis.label)
     axes.set_xlim(0.0, float(axis.shown(axis.end)))
