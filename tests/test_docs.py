@@ -17,7 +17,7 @@ from docs import blocks
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = blocks.pages()
 #: Pages whose links are checked as well; their commands belong to other tests.
-MORE = [ROOT / "CONTRIBUTING.md", ROOT / "validation" / "README.md"]
+MORE = [ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", ROOT / "validation" / "README.md"]
 LANGUAGES = {"python", "text", "console", "sh", "toml", "math", "mermaid"}
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)|<(https?://[^>]+)>")
 
