@@ -152,7 +152,8 @@ def test_commands_in_prose_can_be_read(page: Path):
     from validation.run import _options
 
     text = blocks.FENCE.sub("", page.read_text())
-    for command in re.findall(r"`beltsim ((?!--)[^`]+)`", text):
+    mentioned = re.findall(r"`beltsim ((?!--)[^`]+)`", text)
+    for command in (each for all_of in mentioned for each in all_of.split(" | ")):
         words = command.split()
         if words[0] == "validate":
             _options(words[1:])
