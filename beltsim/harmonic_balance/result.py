@@ -1,0 +1,234 @@
+"""From solved harmonics to a `Response`.
+
+Depends on: problem, friction, response, condensation, events, set_valued, settings.
+"""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from beltsim.checks import FloatArray
+from beltsim.errors import InvalidProblemError, Mistake
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.harmonic_balance import events as phases
+from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
+from beltsim.harmonic_balance.set_valued import Solved, reaction_range
+from beltsim.harmonic_balance.settings import Settings
+from beltsim.problem import FrictionProblem, Observable
+from beltsim.response import EventLog, NearGrazing, Response, Window, figures
+
+#: A band is wide when it is above this share of the largest velocity.
+WIDE_BAND = 0.1
+#: A mean torque above this share of Q_m is one.
+MEAN_SHARE = 1e-9
+
+
+def build(
+    problem: FrictionProblem,
+    condensed: Condensed,
+    solved: Solved,
+    settings: Settings,
+    statistics: dict[str, Any],
+    warnings: tuple[str, ...] = (),
+) -> Response:
+    """The response of one period, both ends included."""
+    joint, law = cast("int", problem.joint), problem.friction
+    if law is None:
+        raise InvalidProblemError(Mistake("friction", None, "a law"))
+    Omega, period = condensed.Omega, problem.period
+    rows = _rows(condensed, solved, law.Q_m)
+    torque = np.zeros(condensed.R + 1, dtype=complex)
+    torque[condensed.orders], torque[0] = solved.torque, solved.mean_torque
+    if solved.locked:
+        rows[1:, joint] = 0.0  # at rest exactly, not to rounding
+    rates = 1j * Omega * np.arange(len(rows))[:, None] * rows
+    t = np.linspace(0.0, period, settings.samples_per_period + 1)
+    wave = _wave(t * Omega, len(rows))
+    q, q_dot = (wave @ rows).real, (wave @ rates).real
+    found, samples = _phases(problem, condensed, solved, rates[:, joint], torque, wave, t)
+    events = _event_log(problem, found, rows, rates)
+    q[-1], q_dot[-1] = q[0], q_dot[0]
+    start = np.concatenate([q[0], q_dot[0]])
+    work, viscous, loss = _energies(problem, rates, torque)
+    window = Window(0.0, period, start, start, work, viscous, loss)
+    judged = figures(problem, events, found.initial_mode, window)
+    statistics = {**statistics, "balance_residual": _balance_residual(problem, rows, torque)}
+    peak = float(np.abs(q_dot[:, joint]).max(initial=0.0))
+    return Response(
+        problem=problem,
+        t=t,
+        q=q,
+        q_dot=q_dot,
+        friction_torque=samples,
+        initial_state=start,
+        final_state=start,
+        initial_mode=found.initial_mode,
+        events=events,
+        near_grazing=NearGrazing.empty(),
+        window=(0.0, period),
+        periodic=True,
+        coefficients=rows,
+        torque_coefficients=torque,
+        rest_interval=_rest_interval(problem, condensed, solved, law.Q_m),
+        warnings=(
+            *problem.warnings,
+            *warnings,
+            *_limit_warnings(problem.observables, t, q, Omega),
+            *_band_warnings(law, peak),
+        ),
+        statistics={**statistics, "velocity_peak": peak},
+        **judged._asdict(),
+    )
+
+
+def _rows(condensed: Condensed, solved: Solved, Q_m: float) -> ComplexArray:
+    mean = solved.mean_torque
+    if condensed.mean_unit is None and abs(mean) > MEAN_SHARE * Q_m:
+        allowed = "regular, or the forcing half-wave symmetric: friction has a mean torque here"
+        raise InvalidProblemError(Mistake("K", "singular", allowed))
+    return condensed.coordinates(solved.torque, mean)
+
+
+def _wave(angle: FloatArray, count: int) -> ComplexArray:
+    """exp(i k angle), shape (len(angle), count)."""
+    return np.asarray(np.exp(1j * np.multiply.outer(angle, np.arange(count))))
+
+
+def _phases(
+    problem: FrictionProblem,
+    condensed: Condensed,
+    solved: Solved,
+    velocity: ComplexArray,
+    torque: ComplexArray,
+    wave: ComplexArray,
+    t: FloatArray,
+) -> tuple[phases.Found, FloatArray]:
+    """Events, and the torque at the samples."""
+    law = problem.friction
+    if isinstance(law, SaturatedCoulomb):
+        level = (wave @ velocity).real / law.sigma
+        return phases.of_band(velocity, law.sigma), law.Q_m * np.clip(level, -1.0, 1.0)
+    if solved.locked:
+        return phases.Found(np.zeros(0), [], "stick"), (wave @ torque).real
+    if not len(solved.bounds):
+        return phases.of_signs(velocity), np.zeros(len(t))
+    average = phases.averaged(condensed, solved)
+    Q_m = cast("Coulomb", law).Q_m
+    return phases.of_torque(average, Q_m), average.at(t * condensed.Omega)
+
+
+def _event_log(
+    problem: FrictionProblem,
+    found: phases.Found,
+    rows: ComplexArray,
+    rates: ComplexArray,
+) -> EventLog:
+    """States from the series; the velocity of a Coulomb joint is zero at its events."""
+    if not len(found.angles):
+        return EventLog.empty(problem.n)
+    law, joint = problem.friction, cast("int", problem.joint)
+    wave = _wave(found.angles, len(rows))
+    q, q_dot = (wave @ rows).real, (wave @ rates).real
+    coulomb = isinstance(law, Coulomb)
+    if coulomb:
+        q_dot[:, joint] = 0.0
+    Q_m = law.Q_m if law is not None else 0.0
+    signs = {"slip+": 1.0, "slip-": -1.0, "stick": 0.0}
+    modes, mode = [found.initial_mode], found.initial_mode
+    for kind in found.kinds:
+        mode = ("slip-" if mode == "slip+" else "slip+") if kind == "reverse" else kind
+        modes.append(mode)
+    level = np.array([signs[name] for name in modes]) * Q_m
+    before, after = level[:-1].copy(), level[1:].copy()
+    for i, kind in enumerate(found.kinds):
+        if coulomb and kind == "stick":  # continuous: no averaging, the law's own limit
+            after[i] = before[i]
+        elif coulomb and kind != "reverse":
+            before[i] = after[i]
+        elif not coulomb:
+            before[i] = after[i] = before[i] + after[i]
+    count = len(found.angles)
+    return EventLog(
+        t=found.angles / problem.forcing.Omega,
+        kind=np.array(found.kinds),
+        q=q,
+        q_dot=q_dot,
+        position=q[:, joint],
+        torque_before=before,
+        torque_after=after,
+        quality=np.array(["simple"] * count),
+        margin=np.full(count, np.nan),
+    )
+
+
+def _energies(
+    problem: FrictionProblem, rates: ComplexArray, torque: ComplexArray
+) -> tuple[float, float, float]:
+    """Work of the forcing, viscous loss and friction loss over one period, from the series."""
+    half = 0.5 * problem.period
+    force = problem.forcing.coefficients
+    count = min(len(force), len(rates))
+    work = half * float(np.sum(force[:count] * np.conj(rates[:count])).real)
+    viscous = half * float(np.sum(np.conj(rates) * (rates @ problem.C)).real)
+    loss = half * float(np.sum(torque * np.conj(rates[:, problem.joint])).real)
+    return work, viscous, loss
+
+
+def _balance_residual(problem: FrictionProblem, rows: ComplexArray, torque: ComplexArray) -> float:
+    """Largest unbalanced load of any harmonic, from M, C, G, K alone, relative."""
+    rate = problem.forcing.Omega * np.arange(len(rows))[:, None]
+    spring, inertia = rows @ problem.K.T, -(rate**2) * (rows @ problem.M.T)
+    damping = 1j * rate * (rows @ (problem.C + problem.G).T)
+    force = np.zeros_like(rows)
+    given = problem.forcing.coefficients
+    count = min(len(given), len(force))
+    force[:count] = given[:count]
+    left = spring + inertia + damping - force
+    left[:, problem.joint] += torque
+    if problem.K.any() and not np.any(rows[0]):
+        left[0] = 0.0  # a free mean position carries no load
+    size = max(float(np.abs(part).max()) for part in (spring, inertia, damping, force, torque))
+    return float(np.abs(left).max()) / size if size > 0.0 else 0.0
+
+
+def _rest_interval(
+    problem: FrictionProblem, condensed: Condensed, solved: Solved, Q_m: float
+) -> tuple[float, float] | None:
+    """Rest positions of a locked joint; None when it moves or the exact law would let it."""
+    if not solved.locked or condensed.mean_unit is None:
+        return None
+    low, high = reaction_range(condensed)
+    if 0.5 * (high - low) > Q_m:
+        return None
+    free, unit = condensed.mean_free[problem.joint], condensed.mean_unit[problem.joint]
+    ends = sorted((float(free - unit * (Q_m - high)), float(free - unit * (-Q_m - low))))
+    return ends[0], ends[1]
+
+
+def _limit_warnings(
+    observables: tuple[Observable, ...], t: FloatArray, q: FloatArray, Omega: float
+) -> list[str]:
+    found = []
+    for seen in observables:
+        values = seen.at(t, q, Omega)
+        unit = "" if seen.unit == "1" else f" {seen.unit}"
+        low, high = float(values.min()), float(values.max())
+        for limit, worst, beyond, verb in (
+            (seen.lower, low, low < seen.lower, "falls below"),
+            (seen.upper, high, high > seen.upper, "exceeds"),
+        ):
+            if beyond:
+                reach = f"{limit * seen.scale:.6g}{unit}, extreme {worst * seen.scale:.6g}{unit}"
+                found.append(f"{seen.name} {verb} {reach}")
+    return found
+
+
+def _band_warnings(law: Any, peak: float) -> list[str]:
+    if not isinstance(law, SaturatedCoulomb) or not 0.0 < WIDE_BAND * peak < law.sigma:
+        return []
+    return [
+        f"the band sigma = {law.sigma:g} is wide against the largest joint velocity {peak:.3g}: "
+        "the law is viscous rather than dry there"
+    ]

@@ -1,0 +1,199 @@
+"""`solve`: one problem, one periodic response by harmonic balance.
+
+Depends on: errors, problem, friction, response, condensation, set_valued, saturated, result,
+settings.
+"""
+
+from __future__ import annotations
+
+from typing import Any, cast
+
+import numpy as np
+
+from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake, UnsupportedLawError
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.harmonic_balance import saturated, set_valued
+from beltsim.harmonic_balance.condensation import Condensed, condense
+from beltsim.harmonic_balance.result import build
+from beltsim.harmonic_balance.set_valued import Solved
+from beltsim.harmonic_balance.settings import Settings, is_integer
+from beltsim.problem import FrictionProblem
+from beltsim.response import Response
+
+#: The difference to a solution with half the harmonics is multiplied by this.
+ESTIMATE_FACTOR = 1.0
+#: Largest unbalanced load of any harmonic, relative, of a result that counts as converged.
+BALANCED = 1e-6
+
+
+def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = None) -> Response:
+    r"""Periodic response with harmonics up to `R` of the forcing.
+
+    Exact Coulomb friction (`Coulomb` with Q_s = Q_m) is solved as it stands, without a band: from
+    a cold start, for any torque. The saturated law is solved by the paper's method.
+
+    Parameters
+    ----------
+    problem : FrictionProblem
+        With a joint.
+    R : int
+        Highest harmonic, at least that of the forcing. The error of the joint's coordinate falls
+        with 1/R. Odd for the saturated law.
+    settings : Settings, optional
+
+    Returns
+    -------
+    Response
+        One forcing period. `coefficients` and `torque_coefficients` hold the series; the events are
+        those of the torque averaged over T/(R + 1), see `beltsim.harmonic_balance.events`.
+        `statistics` holds the residual history, the gap and the balance found by independent
+        checks, ``Q_cr``, ``Q_cr_R`` and the ``error_estimate``: expected rms error of the joint's
+        coordinate (its mean left out).
+
+    Raises
+    ------
+    InvalidProblemError
+        For an R or settings that cannot be used, a resonance without damping, a mean load on a
+        singular K, or a problem without joint.
+    UnsupportedLawError
+        For Q_s > Q_m.
+    ConvergenceError
+        With the residual history, the best iterate in `partial`, and what to try.
+
+    Examples
+    --------
+    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
+    >>> push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
+    >>> found = solve(one, R=31)
+    >>> found.events.kind.tolist(), round(found.statistics["Q_cr_R"], 2)
+    (['stick', 'slip-', 'stick', 'slip+'], 1.0)
+    """
+    settings = settings or Settings()
+    law = problem.friction
+    _check(problem, R, settings)
+    condensed = condense(problem, int(R), settings.harmonics)
+    method = "saturated" if isinstance(law, SaturatedCoulomb) else "set_valued"
+    try:
+        solved = _solved(condensed, law, settings)
+    except ConvergenceError as error:
+        raise _with_response(error, problem, condensed, settings, method) from None
+    statistics = _statistics(condensed, solved, settings, method)
+    if settings.estimate:
+        statistics["error_estimate"] = _estimate(problem, condensed, solved, settings)
+    warnings = _lock_warnings(condensed, law)
+    found = build(problem, condensed, solved, settings, statistics, warnings)
+    if not found.statistics["balance_residual"] <= BALANCED:
+        residual = found.statistics["balance_residual"]
+        message = (
+            f"the harmonics leave {residual:.2g} of the load unbalanced at Omega = "
+            f"{condensed.Omega:.6g}: the linear system is too ill-conditioned there; "
+            "try more damping or another frequency"
+        )
+        raise ConvergenceError(message, found, solved.residuals)
+    return found
+
+
+def _check(problem: FrictionProblem, R: Any, settings: Settings) -> None:
+    law = problem.friction
+    mistakes = []
+    if not isinstance(settings, Settings):
+        raise InvalidProblemError(Mistake("settings", settings, "harmonic_balance.Settings"))
+    if not is_integer(R, 1):
+        mistakes.append(Mistake("R", R, "an integer >= 1"))
+    elif isinstance(law, SaturatedCoulomb) and R % 2 == 0:
+        mistakes.append(Mistake("R", R, "odd for the saturated law"))
+    if problem.joint is None:
+        allowed = "an index: without a joint use beltsim.linear.response"
+        mistakes.append(Mistake("joint", None, allowed))
+    if mistakes:
+        raise InvalidProblemError(mistakes)
+    settings.samples_for(int(R))
+    if isinstance(law, Coulomb) and cast("float", law.Q_s) > law.Q_m:
+        message = (
+            f"harmonic balance needs Q_s = Q_m, here Q_s = {law.Q_s:g} > Q_m = {law.Q_m:g}: the "
+            "periodic response is then not unique; follow the motion in time instead"
+        )
+        raise UnsupportedLawError(message)
+
+
+def _solved(condensed: Condensed, law: Any, settings: Settings) -> Solved:
+    if isinstance(law, SaturatedCoulomb):
+        return saturated.solve(condensed, law, settings)
+    return set_valued.solve(condensed, law.Q_m, settings)
+
+
+def _with_response(
+    error: ConvergenceError,
+    problem: FrictionProblem,
+    condensed: Condensed,
+    settings: Settings,
+    method: str,
+) -> ConvergenceError:
+    """The same error, carrying the best iterate as a `Response`."""
+    if not isinstance(error.partial, Solved):
+        return error
+    statistics = {"solver": "harmonic_balance", "method": method, "converged": False}
+    partial = build(problem, condensed, error.partial, settings, statistics)
+    return ConvergenceError(str(error), partial, error.residual_history)
+
+
+def _statistics(
+    condensed: Condensed, solved: Solved, settings: Settings, method: str
+) -> dict[str, Any]:
+    low, high = set_valued.reaction_range(condensed)
+    return {
+        "solver": "harmonic_balance",
+        "method": method,
+        "projection": settings.projection if method == "set_valued" else "sampled",
+        "R": condensed.R,
+        "half_wave": condensed.half_wave,
+        "divisor": condensed.divisor,
+        "harmonics": len(condensed.orders),
+        "cells": len(solved.levels),
+        "iterations": solved.iterations,
+        "residual_history": solved.residuals,
+        "complementarity_gap": solved.gap,
+        "converged": True,
+        "locked": solved.locked,
+        "Q_cr": 0.5 * (high - low),
+        "Q_cr_R": set_valued.critical_bound(condensed),
+    }
+
+
+def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
+    """Between Q_cr(R) and Q_cr the truncated problem is locked and the exact one is not."""
+    low, high = set_valued.reaction_range(condensed)
+    Q_cr, Q_cr_R = 0.5 * (high - low), set_valued.critical_bound(condensed)
+    if not isinstance(law, Coulomb) or not Q_cr_R <= law.Q_m < Q_cr * (1.0 - 1e-9):
+        return ()
+    return (
+        f"Q_m = {law.Q_m:.6g} lies between Q_cr(R) = {Q_cr_R:.6g}, from which {condensed.R} "
+        f"harmonics lock the joint, and Q_cr = {Q_cr:.6g}, from which it really locks: use more "
+        "harmonics",
+    )
+
+
+def _estimate(
+    problem: FrictionProblem, condensed: Condensed, solved: Solved, settings: Settings
+) -> float:
+    """Rms difference of the joint's coordinate to a solution with about half the harmonics."""
+    law = problem.friction
+    forced = int(np.flatnonzero(np.any(problem.forcing.coefficients != 0.0, axis=1)).max(initial=0))
+    other = max(forced, condensed.R // 2)
+    other += (other + 1) % 2
+    if other >= condensed.R:
+        other = 2 * condensed.R + 1
+    compared = condense(problem, other, settings.harmonics)
+    try:
+        second = _solved(compared, law, settings)
+    except ConvergenceError:
+        return float("nan")
+    if solved.locked and second.locked:
+        return 0.0
+    highest = max(condensed.R, other)
+    theta = np.zeros((2, highest + 1), dtype=complex)
+    for row, (view, found) in zip(theta, ((condensed, solved), (compared, second)), strict=True):
+        row[view.orders] = found.velocity / (1j * view.orders * view.Omega)
+    difference = float(np.sqrt(0.5 * np.sum(np.abs(theta[0] - theta[1]) ** 2)))
+    return ESTIMATE_FACTOR * difference
