@@ -50,7 +50,8 @@ class Settings:
         Saturated law: ``"linear"`` (the response without friction) or ``"set_valued"`` (the
         solution for exact Coulomb friction).
     estimate : bool
-        Whether to estimate the error from a second solution with about half as many harmonics.
+        Whether to estimate the error from a second solution with 2R + 5 harmonics, which
+        costs several times the solution itself.
     samples_per_period : int
         Samples of the response per forcing period; both ends are included.
 
@@ -68,8 +69,8 @@ class Settings:
     harmonics: str = "auto"
     projection: str = "exact"
     samples: int | None = None
-    tolerance: float = 1e-3
-    max_refinements: int = 4
+    tolerance: float = 1e-5
+    max_refinements: int = 6
     newton_tolerance: float = 1e-9
     max_iterations: int = 200
     sigma_ladder: bool = False

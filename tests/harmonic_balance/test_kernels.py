@@ -1,0 +1,110 @@
+"""The compiled kernels against plain NumPy, and against themselves without compilation."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from support.problems import random_problem
+
+from beltsim.harmonic_balance import _kernels, condense
+from beltsim.harmonic_balance.cells import of_bounds, refined, uniform
+
+
+@pytest.mark.parametrize("m", [1, 2, 7, 30])
+def test_factors_solve_as_lapack_does(m: int) -> None:
+    draw = np.random.default_rng(m)
+    a, b = draw.standard_normal((m, m)), draw.standard_normal(m)
+    factors, pivots, x = a.copy(), np.empty(m, np.int64), b.copy()
+    _kernels.factorise(factors, pivots)
+    _kernels.substitute(factors, pivots, x)
+    assert np.abs(x - np.linalg.solve(a, b)).max() < 1e-10
+
+
+def test_mobility_acts_as_a_complex_factor() -> None:
+    A = np.array([0.3 + 2.0j, 1.0 - 0.5j])
+    torque = np.array([1.0 - 2.0j, 0.5 + 3.0j])  # c - i s
+    pairs = np.array([1.0, 2.0, 0.5, -3.0])
+    _kernels.apply_mobility(A, pairs)
+    moved = A * torque
+    assert pairs == pytest.approx([moved[0].real, -moved[0].imag, moved[1].real, -moved[1].imag])
+
+
+def splitting(table, weight, mobility, free, rounds=40_000):
+    """The same problem by forward-backward-forward splitting: plain NumPy, globally convergent."""
+    a = np.zeros((2 * len(mobility),) * 2)
+    for k, value in enumerate(mobility):
+        rows = slice(2 * k, 2 * k + 2)
+        a[rows, rows] = [[value.real, value.imag], [-value.imag, value.real]]
+    matrix = table @ a @ (table.T * weight)
+    v_free = table @ free
+    step = 0.9 / np.linalg.norm(matrix, 2)
+    h = np.zeros(len(weight))
+    for _ in range(rounds):
+        slope = v_free - matrix @ h
+        middle = np.clip(h + step * slope, -1.0, 1.0)
+        h = middle + step * (v_free - matrix @ middle - slope)
+    return v_free - matrix @ middle
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_interior_point_finds_what_a_splitting_finds(seed: int) -> None:
+    problem = random_problem(seed, 3, static=False, share=0.4, harmonics=1)
+    condensed = condense(problem, 5)
+    cells = uniform(5, condensed.half_wave, 24)
+    size = np.abs(condensed.velocity).max()
+    free = np.stack([condensed.velocity.real, -condensed.velocity.imag], 1).ravel() / size
+    mobility = condensed.mobility * problem.friction.Q_m / size
+    arguments = (cells.table, cells.weight, mobility, free)
+    h, v, residuals = _kernels.interior_point(*arguments, 1e-10, 60)
+    assert residuals.min() < 1e-8
+    assert np.abs(h).max() <= 1.0
+    assert np.abs(v - splitting(*arguments)).max() < 1e-5
+
+
+def test_cells_integrate_exactly() -> None:
+    bounds = np.sort(np.r_[0.0, np.random.default_rng(1).uniform(0.0, 2 * np.pi, 9), 2 * np.pi])
+    cells = of_bounds(bounds, np.arange(1, 6), 1)
+    h = np.random.default_rng(2).standard_normal(10)
+    tau = (np.arange(400_000) + 0.5) * 2.0 * np.pi / 400_000
+    torque = h[np.searchsorted(bounds, tau) - 1]
+    expected = [2.0 * np.mean(torque * np.exp(-1j * r * tau)) for r in range(1, 6)]
+    assert cells.coefficients(h) == pytest.approx(np.array(expected), abs=1e-4)
+    assert cells.mean(h) == pytest.approx(torque.mean(), abs=1e-4)
+
+
+def test_cutting_cells_keeps_the_torque() -> None:
+    cells = uniform(3, True, 16)
+    h = np.array([1.0, 1.0, 0.3, -1.0, -1.0, -1.0, -1.0, -1.0])
+    finer = refined(cells, h, 1.0, 4)
+    same = h[np.searchsorted(cells.bounds, 0.5 * (finer.bounds[1:] + finer.bounds[:-1])) - 1]
+    assert len(same) > len(h)
+    assert finer.coefficients(same) == pytest.approx(cells.coefficients(h), abs=1e-14)
+
+
+def test_without_compilation_the_numbers_are_the_same() -> None:
+    code = (
+        "import numpy as np; from beltsim.harmonic_balance import _kernels as k;"
+        "t = (np.arange(12) + .5)*np.pi/12; table = np.stack([np.cos(t), np.sin(t),"
+        " np.cos(3*t), np.sin(3*t)], 1); w = np.full(12, 1/6);"
+        "h, v, r = k.interior_point(table, w, np.array([.5+.3j, .2-.4j]),"
+        " np.array([1., .2, .1, 0.]), 1e-9, 50); print(repr(h.tolist()));"
+        "print(float(k.least_bound(table, w, np.array([1., 0., .2, .1]), 1e-9, 50)[1]))"
+    )
+    found = []
+    for disabled in ("0", "1"):
+        environment = {**os.environ, "NUMBA_DISABLE_JIT": disabled}
+        run = subprocess.run(
+            [sys.executable, "-c", code],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        lines = run.stdout.splitlines()
+        found.append(np.r_[json.loads(lines[0]), float(lines[1])])
+    assert found[0] == pytest.approx(found[1], abs=1e-9)
