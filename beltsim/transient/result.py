@@ -50,7 +50,8 @@ def build(driver: Driver, y0: FloatArray, window: tuple[float, float] | None) ->
         seen["viscous_loss"] if window else np.nan,
         _saturated_loss(problem, seen, window is not None),
     )
-    found = figures(problem, events, mode, view)
+    with np.errstate(over="ignore", invalid="ignore"):  # an interrupted run may be running away
+        found = figures(problem, events, mode, view)
     if window is None:
         found = found._replace(energy_balance_residual=np.nan)
     grazing = _near_grazing(problem, rec, seen, settings.grazing)
