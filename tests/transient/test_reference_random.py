@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from support.agreement import agreement
+from support.agreement import agreement, marked
 from support.exact import exact_transient
 from support.problems import random_problem, random_state
 
@@ -19,26 +19,26 @@ PERIODS = 10.0
 SEEDS = range(300)
 #: rtol: (largest relative state error, largest error of a well-conditioned event time / T)
 BOUNDS = {1e-8: (1e-6, 1e-6), 1e-10: (1e-8, 1e-9)}
-#: Sequences whose smallest margin lies below this are left to the grazing tests.
-DECIDED = 1e-4
+#: A smaller margin may be beyond what the tolerance resolves: the sequence, or the mark.
+DECIDED = 1e-5
 
 
-def check(seed: int, rtols=tuple(BOUNDS)) -> int:
+def check(seed: int) -> int:
     """Assert the bounds for one seed; how many event times were tested."""
     problem = random_problem(seed)
     start = random_state(seed, problem) if seed % 16 >= 8 else None
     run = exact_transient(problem, PERIODS, start)
-    if run.min_margin < DECIDED:
-        return 0
     tested = 0
-    for rtol in rtols:
+    for rtol, (states, times) in BOUNDS.items():
         settings = Settings(rtol=rtol, keep="all", samples_per_period=7)
         response = integrate(problem, PERIODS, start, settings)
         found = agreement(response, run)
-        states, times = BOUNDS[rtol]
         what = f"seed {seed}, n {problem.n}, rtol {rtol:g}"
-        assert list(response.events.kind) == run.kind, what
         assert response.initial_mode == run.initial_mode, what
+        if run.min_margin < DECIDED and not found.same_sequence:
+            assert marked(response, found.first_difference), what
+            continue
+        assert list(response.events.kind) == run.kind, what
         assert found.same_sequence, what
         assert found.state_error <= states, what
         well = found.time_errors[found.well_conditioned]
@@ -52,7 +52,6 @@ def check(seed: int, rtols=tuple(BOUNDS)) -> int:
 def test_random_transients(full):
     seeds = SEEDS if full else SEEDS[::8]
     tested = [check(seed) for seed in seeds]
-    assert np.count_nonzero(tested) > 0.9 * len(seeds)
     assert sum(tested) > 60 * len(seeds)
 
 
