@@ -169,9 +169,10 @@ def _statistics(driver: Driver, seen: dict[str, Any]) -> dict[str, Any]:
         "velocity_peak",
         "reaction_peak",
     )
+    method = driver.settings.method_for(driver.problem)
     return {
-        "solver": "cvode",
-        "method": driver.settings.method_for(driver.problem),
+        "solver": "taylor" if method == "taylor" else "cvode",
+        "method": method,
         "rtol": driver.settings.rtol,
         "sundials_version": driver.core_module.sundials_version,
         **{name: seen[name] for name in names},

@@ -16,7 +16,7 @@ from beltsim import Coulomb, FrictionProblem, HarmonicForcing, Observable, Satur
 from beltsim.errors import CoreError, InvalidProblemError
 from beltsim.response import friction_travel
 from beltsim.transient import Settings, integrate, solve_many
-from beltsim.transient.driver import GrowingTable
+from beltsim.transient.driver import Driver, GrowingTable
 
 METHODS = ("adams", "bdf", "taylor")
 
@@ -252,6 +252,31 @@ def test_a_motion_that_grows_without_bound_is_an_error():
     for method in METHODS:
         with pytest.raises(CoreError, match="BS_NOT_FINITE"):
             integrate(runaway, 1e4, [1.0, 0.0], Settings(method=method))
+
+
+@pytest.mark.parametrize(
+    ("fault", "status", "text"),
+    [
+        ((-3, 900, 0, 0), "BS_ERROR_TEST", "SUNDIALS -3: injected code -3"),
+        ((-20, 900, 0, 0), "BS_NO_MEMORY", "SUNDIALS -20"),
+        ((0, 0, 900, 0), "BS_NOT_FINITE", "no longer finite"),
+        ((0, 0, 0, 300), "BS_NOT_FINITE", "no longer finite"),
+    ],
+)
+def test_a_fault_in_the_core_is_an_error_with_time_mode_and_last_event(fault, status, text):
+    problem = one_mass()
+    sample_t = np.linspace(0.0, 1.0, 3)
+    driver = Driver(problem, Settings(), np.zeros(2), 100.0, 90.0, sample_t)
+    driver.core.inject(*fault)
+    with pytest.raises(CoreError, match=text) as caught:
+        driver.run(None)
+    error = caught.value
+    assert error.status == status
+    assert 0.0 < error.time < 100.0
+    assert error.mode in {"slip+", "slip-", "stick"}
+    assert error.last_event is not None
+    assert error.last_event[0] <= error.time
+    assert bool(error.solver_text) == (fault[0] != 0)
 
 
 INTERRUPTED = """
