@@ -4,7 +4,8 @@
 
 The paper's drive with 8 sine functions per span (27 degrees of freedom), from rest, at four
 operating points. Every solver is timed from the matrices to the last event, its set-up included,
-interleaved with the others. Errors are taken against the exact piecewise-linear computation of
+interleaved with the others; times are processor time of one thread, so that a busy machine does not
+decide. Errors are taken against the exact piecewise-linear computation of
 tests/support/exact.py:
 
 * errx: largest error of the end state over the largest entry of it,
@@ -23,12 +24,15 @@ from __future__ import annotations
 
 import argparse
 import math
+import os
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before numpy reads it
 
 import numpy as np
 
@@ -269,9 +273,9 @@ def measure(problem: FrictionProblem, periods: float, repeats: int) -> list[dict
     for _ in range(repeats):
         for name, (solve, tolerances) in SOLVERS.items():
             for rtol in tolerances:
-                began = time.perf_counter()
+                began = time.process_time()
                 got = solve(problem, periods, rtol, 0.01 * rtol)
-                spent = time.perf_counter() - began
+                spent = time.process_time() - began
                 same = got.kind == list(exact.kind)
                 row = rows.setdefault((name, rtol), {"name": name, "rtol": rtol, "ms": math.inf})
                 row["ms"] = min(row["ms"], 1e3 * spent)
