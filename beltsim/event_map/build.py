@@ -1,0 +1,153 @@
+"""From a walk to a `Response`: samples, event log, window and warnings.
+
+Depends on: flows, series, walk, settings, response.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from beltsim.checks import FloatArray
+from beltsim.event_map.flows import flows_of
+from beltsim.event_map.series import Piece as Piece
+from beltsim.event_map.series import pieces
+from beltsim.event_map.walk import (
+    KIND,
+    KINDS,
+    MARGIN,
+    MODES,
+    MULTIPLE,
+    STATE,
+    TORQUE_AFTER,
+    TORQUE_BEFORE,
+    TOUCH_GAP,
+    TOUCH_TIME,
+    Walk,
+)
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.problem import FrictionProblem
+from beltsim.response import EventLog, NearGrazing, Window
+
+#: An event or a touch whose relative margin is below this is called near grazing.
+NEAR_GRAZING = 1e-8
+
+
+def sampled(
+    found: list[Piece], n: int, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Coordinates, velocities (nt, n) and friction torque (nt,) at the ascending times `t`."""
+    x, torque = np.empty((len(t), 2 * n)), np.empty(len(t))
+    edges = np.searchsorted(t, [piece.start for piece in found], side="left")
+    edges = np.append(edges, len(t))
+    edges[0] = 0
+    for piece, first, last in zip(found, edges[:-1], edges[1:], strict=True):
+        tau = t[first:last] - piece.start
+        x[first:last] = piece.at(tau)
+        torque[first:last] = piece.torque_at(tau)
+    return x[:, :n], x[:, n:], torque
+
+
+def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
+    """The walk's events with their margins and quality."""
+    n, joint, law = problem.n, problem.joint, problem.friction
+    assert joint is not None
+    assert law is not None
+    if not len(run.t):
+        return EventLog.empty(n)
+    state = run.reals[:, STATE:]
+    kind = run.integers[:, KIND]
+    margin = run.reals[:, MARGIN].copy()
+    peak = float(np.abs(run.reals[:, [TORQUE_BEFORE, TORQUE_AFTER]]).max())
+    released = (kind >= 2) & isinstance(law, Coulomb)
+    if released.any() and peak > 0.0:
+        rate = _release_rates(problem, run.t[released], state[released])
+        margin[released] = np.abs(rate) / (problem.forcing.Omega * peak)
+    quality = np.where(margin < NEAR_GRAZING, "near_grazing", "simple")
+    quality[run.integers[:, MULTIPLE] != 0] = "multiple"
+    return EventLog(
+        t=run.t,
+        kind=np.array(KINDS)[kind],
+        q=state[:, :n],
+        q_dot=state[:, n:],
+        position=state[:, joint],
+        torque_before=run.reals[:, TORQUE_BEFORE],
+        torque_after=run.reals[:, TORQUE_AFTER],
+        quality=quality,
+        margin=margin,
+    )
+
+
+def _release_rates(problem: FrictionProblem, t: FloatArray, x: FloatArray) -> FloatArray:
+    """Rate of the holding reaction at the times `t` (ne,) in the states `x` (ne, 2n)."""
+    held = flows_of(problem).held
+    rest = x[:, flows_of(problem).rest]
+    spin = 1j * held.Omega * np.arange(len(held.P))
+    turns = spin * np.exp(np.multiply.outer(t, spin))
+    position = x[:, [problem.joint or 0]]
+    free = rest - held.forced(t, 0.0) - position * held.X_c
+    modal = ((free @ held.W.T) * held.exponents) @ held.V.T
+    rate: FloatArray = (modal.real + (turns @ held.P).real) @ held.row + (turns @ held.D).real
+    return rate
+
+
+def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> NearGrazing:
+    """Extrema that came close to an event without being one."""
+    law = problem.friction
+    assert law is not None
+    modes = run.modes()[:-1]
+    peak_torque = float(np.abs(run.reals[:, TORQUE_AFTER]).max(initial=0.0))
+    size = np.where(modes == 0, max(peak_torque, law.Q_m), peak_velocity)
+    gap = run.reals[:, TOUCH_GAP]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        margin = np.where(size > 0.0, gap / size, np.inf)
+    close = margin < NEAR_GRAZING
+    return NearGrazing(
+        t=(run.starts()[:-1] + run.reals[:, TOUCH_TIME])[close],
+        margin=margin[close],
+        kind=np.where(modes[close] == 0, "reaction", "velocity"),
+    )
+
+
+def window_of(problem: FrictionProblem, found: list[Piece]) -> Window:
+    """The window that `found` covers, with its work and losses in closed form."""
+    n, F = problem.n, problem.forcing.coefficients
+    work = loss = 0.0
+    rubbed: float | None = 0.0 if isinstance(problem.friction, SaturatedCoulomb) else None
+    for piece in found:
+        velocity = piece.Z[n:]
+        plain, mixed = piece.products()
+        force = np.zeros_like(velocity)
+        turns = np.exp(1j * problem.forcing.Omega * piece.start * np.arange(len(F)))
+        force[:, -len(F) :] = F.T * turns
+        work += 0.5 * float(_pair(force, velocity, plain, mixed))
+        loss += 0.5 * float(_pair(problem.C @ velocity, velocity, plain, mixed))
+        if rubbed is not None:
+            joint_velocity = velocity[[problem.joint or 0]]
+            rubbed += 0.5 * float(_pair(piece.torque[None], joint_velocity, plain, mixed))
+    first, last = found[0], found[-1]
+    return Window(
+        start=first.start,
+        end=last.start + last.length,
+        start_state=first.at(np.zeros(1))[0],
+        end_state=last.at(np.array([last.length]))[0],
+        forcing_work=work,
+        viscous_loss=loss,
+        friction_loss=rubbed,
+    )
+
+
+def _pair(a: Any, b: Any, plain: Any, mixed: Any) -> Any:
+    """Twice the integral of Re(a e) . Re(b e) over a phase, summed over the rows."""
+    return np.sum((a @ plain) * b).real + np.sum((a @ mixed) * b.conj()).real
+
+
+def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[Piece]:
+    """Pieces of `run` from `start` to its end."""
+    return list(pieces(problem, run, start, run.end))
+
+
+def mode_name(mode: int) -> str:
+    """Name of a mode's code."""
+    return MODES[mode]

@@ -1,0 +1,204 @@
+r"""The two linear flows between events, in their modes.
+
+Between events the state x = (q, q_dot) is
+
+.. math::
+   x(t) = \mathrm{Re}\,V e^{\Lambda t} a + \mathrm{Re}\sum_h P_h e^{ih\Omega t} + X_c c,
+   \qquad a = W\,(x - \text{forced part}),
+
+with `V` the eigenvectors of one of each conjugate pair. *Free joint*: all n coordinates, `c` is
+the friction torque. *Held joint*: the n - 1 others, `c` is the position at which the joint is held.
+Each flow carries the signal that ends its phases: the joint's velocity, or the reaction
+
+.. math:: H_R = f_t - (M_{tq}\ddot q + (C + G)_{tq}\dot q + K_{tq} q + K_{tt} q_t),
+
+with :math:`\ddot q` from the other rows at zero velocity and acceleration of the joint.
+The saturated law has instead a flow *inside its band*, with `Q_m/sigma` added to the joint's damping.
+
+Depends on: problem, friction, checks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beltsim.checks import FloatArray
+from beltsim.friction import SaturatedCoulomb
+from beltsim.problem import FrictionProblem
+
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """One linear flow of N reals with m amplitudes; see the module for the symbols.
+
+    `exponents` (m,), `V` (N, m), `W` (m, N), `P` (H + 1, N), `X_c` (N,), `row` (N,) and
+    `D` (H + 1,) with `d_c`: signal = row.x + Re sum D_h exp(i h Omega t) + d_c c.
+    `condition` is that of the eigenvectors, after scaling.
+    """
+
+    Omega: float
+    exponents: ComplexArray
+    V: ComplexArray
+    W: ComplexArray
+    P: ComplexArray
+    X_c: FloatArray
+    row: FloatArray
+    D: ComplexArray
+    d_c: float
+    condition: float
+
+    @cached_property
+    def packed(self) -> FloatArray:
+        """All arrays in the order in which the C map reads them."""
+        split = (self.exponents, self.V.T, self.W.T, self.P)
+        parts = [part for array in split for part in (array.real.ravel(), array.imag.ravel())]
+        tail = [self.X_c, self.row, self.D.real, self.D.imag, [self.d_c]]
+        return np.concatenate([*parts, *tail])
+
+    @property
+    def N(self) -> int:
+        """Reals in the state."""
+        return len(self.row)
+
+    @property
+    def m(self) -> int:
+        """Modal amplitudes."""
+        return len(self.exponents)
+
+    def forced(self, t: float | FloatArray, c: float) -> FloatArray:
+        """The forced part of the state at times `t` (...): array (..., N)."""
+        turns = np.exp(1j * self.Omega * np.multiply.outer(t, np.arange(len(self.P))))
+        found: FloatArray = (turns @ self.P).real + c * self.X_c
+        return found
+
+    def signal(self, t: float, c: float, x: FloatArray) -> float:
+        """The signal in state `x` (N,) at time `t`."""
+        turns = np.exp(1j * self.Omega * t * np.arange(len(self.D)))
+        return float(self.row @ x + (turns @ self.D).real + self.d_c * c)
+
+    def after(self, t: float, c: float, x: FloatArray, tau: FloatArray) -> FloatArray:
+        """States (nt, N) at `tau` (nt,) after state `x` (N,) at time `t`."""
+        a = self.W @ (x - self.forced(t, c))
+        moved = np.exp(np.multiply.outer(tau, self.exponents)) * a
+        return self.forced(t + tau, c) + moved.real @ self.V.real.T - moved.imag @ self.V.imag.T
+
+
+@dataclass(frozen=True, eq=False)
+class Flows:
+    """Free and held flow of one linear system, and how they meet at an event.
+
+    `m_t` (n - 1,) = M_qq^-1 M_qt, `mass` = M_tt - M_tq m_t the joint's mass with the rest free to
+    move, `push` (n,) = M^-1 e_t, `rest` the 2n - 2 indices of the state without the joint.
+    """
+
+    free: Flow
+    held: Flow
+    m_t: FloatArray
+    mass: float
+    push: FloatArray
+    rest: NDArray[np.intp]
+
+
+def flows_of(problem: FrictionProblem) -> Flows:
+    """Flows of `problem`, computed once per linear system and shared by all torques on it."""
+    cache = problem.shared
+    if "event_map.flows" not in cache:
+        cache["event_map.flows"] = _flows(problem)
+    found: Flows = cache["event_map.flows"]
+    return found
+
+
+def inner_flow(problem: FrictionProblem) -> Flow:
+    """The flow that takes the place of stick: held joint, or inside the band."""
+    law = problem.friction
+    if not isinstance(law, SaturatedCoulomb):
+        return flows_of(problem).held
+    cached = problem.shared.get("event_map.band")
+    if cached is None or cached[0] != law:
+        cached = (law, _band(problem, law))
+        problem.shared["event_map.band"] = cached
+    found: Flow = cached[1]
+    return found
+
+
+def _band(problem: FrictionProblem, law: SaturatedCoulomb) -> Flow:
+    n, j = problem.n, problem.joint
+    assert j is not None
+    D, F = problem.C + problem.G, problem.forcing.coefficients
+    D[j, j] += law.Q_m / law.sigma
+    velocity = np.eye(2 * n)[n + j]
+    direct = np.zeros(len(F), complex)
+    return _flow(
+        problem.M, D, problem.K, F, problem.forcing.Omega, np.zeros(n), velocity, direct, 0.0
+    )
+
+
+def _flows(problem: FrictionProblem) -> Flows:
+    n, j, o = problem.n, problem.joint, problem.others
+    assert j is not None
+    D, F = problem.C + problem.G, problem.forcing.coefficients
+    Omega = problem.forcing.Omega
+    unit = np.eye(n)[j]
+    M_qq, K_qq = problem.block("M", "q", "q"), problem.block("K", "q", "q")
+    D_qq = D[np.ix_(o, o)]
+    m_t = np.linalg.solve(M_qq, problem.M[o, j])
+    velocity = np.eye(2 * n)[n + j]
+    free = _flow(
+        problem.M, D, problem.K, F, Omega, -unit, velocity, np.zeros(len(F), complex), 0.0
+    )
+    row = np.concatenate([m_t @ K_qq - problem.K[j, o], m_t @ D_qq - D[j, o]])
+    direct = F[:, j] - F[:, o] @ m_t
+    d_c = float(m_t @ problem.K[o, j] - problem.K[j, j])
+    held = _flow(M_qq, D_qq, K_qq, F[:, o], Omega, -problem.K[o, j], row, direct, d_c)
+    mass = float(problem.M[j, j] - problem.M[j, o] @ m_t)
+    push = np.linalg.solve(problem.M, unit)
+    return Flows(free, held, m_t, mass, push, np.concatenate([o, n + o]))
+
+
+def _flow(
+    M: FloatArray,
+    D: FloatArray,
+    K: FloatArray,
+    F: ComplexArray,
+    Omega: float,
+    load: FloatArray,
+    row: FloatArray,
+    direct: ComplexArray,
+    d_c: float,
+) -> Flow:
+    """Modes and forced response of M q'' + D q' + K q = f + load c."""
+    n = len(M)
+    inverse = np.linalg.inv(M)
+    A = np.zeros((2 * n, 2 * n))
+    A[:n, n:] = np.eye(n)
+    A[n:, :n] = -inverse @ K
+    A[n:, n:] = -inverse @ D
+    exponents, V = np.linalg.eig(A) if n else (np.zeros(0), np.zeros((0, 0)))
+    exponents, V = exponents.astype(complex), V.astype(complex)
+    W = np.linalg.inv(V)
+    condition = float(np.linalg.norm(V, 1) * np.linalg.norm(W, 1)) if n else 1.0
+    keep = exponents.imag >= 0.0
+    twice = np.where(exponents.imag > 0.0, 2.0, 1.0)[keep]
+    h = np.arange(len(F))
+    w = h * Omega
+    stiffness = K + 1j * w[:, None, None] * D - (w**2)[:, None, None] * M
+    q = np.linalg.solve(stiffness, F[..., None])[..., 0]
+    rest = np.linalg.solve(K, load)
+    return Flow(
+        Omega=Omega,
+        exponents=exponents[keep],
+        V=V[:, keep] * twice,
+        W=W[keep],
+        P=np.concatenate([q, 1j * w[:, None] * q], axis=1),
+        X_c=np.concatenate([rest, np.zeros(n)]),
+        row=row,
+        D=direct,
+        d_c=d_c,
+        condition=condition,
+    )
