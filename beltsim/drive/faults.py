@@ -16,6 +16,7 @@ Depends on: errors, checks, tracing.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -51,34 +52,66 @@ def layout_faults(
     >>> print(found[0].field)
     pulleys[2]
     """
-    overlaps = _overlaps(names, center, radius, side)
+    loop = _Loop(tuple(names), range(len(radius)), center, radius, side)
+    overlaps = _overlaps(loop)
     if overlaps:
         return overlaps
-    found = _path_faults(names, center, radius, side)
-    if found and not _path_faults(names[::-1], center[::-1], radius[::-1], side[::-1]):
+    found = _path_faults(loop)
+    if not found:
+        return []
+    backwards = _path_faults(loop.backwards())
+    if not backwards or (len(backwards) < len(found) and _area(center) < 0.0):
         value = Words(f"the order {', '.join(names)}")
         allowed = "listed counter-clockwise along the belt loop; this list is clockwise: reverse it"
-        return [Mistake("pulleys", value, allowed)]
+        return [Mistake("pulleys", value, allowed), *backwards]
     return found
 
 
-def _overlaps(
-    names: Sequence[str], center: FloatArray, radius: FloatArray, side: FloatArray
-) -> list[Mistake]:
+class _Loop(NamedTuple):
+    """Pulleys in the order of a belt; `place` is where each stands in the list as it was given."""
+
+    names: tuple[str, ...]
+    place: Sequence[int]
+    center: FloatArray
+    radius: FloatArray
+    side: FloatArray
+
+    @property
+    def n(self) -> int:
+        return len(self.radius)
+
+    def backwards(self) -> _Loop:
+        return _Loop(
+            self.names[::-1],
+            self.place[::-1],
+            self.center[::-1],
+            self.radius[::-1],
+            self.side[::-1],
+        )
+
+    def span(self, i: int) -> str:
+        return f"the span {self.names[i]}-{self.names[(i + 1) % self.n]}"
+
+
+def _area(center: FloatArray) -> float:
+    """Area of the polygon of the centres, positive counter-clockwise."""
+    return float(cross(center, np.roll(center, -1, axis=0)).sum()) / 2.0
+
+
+def _overlaps(loop: _Loop) -> list[Mistake]:
     """Pairs of pulleys that are not apart."""
     found = []
-    n = len(radius)
-    for i in range(n):
-        for j in range(i + 1, n):
-            distance = float(np.hypot(*(center[j] - center[i])))
+    radius = loop.radius
+    for i in range(loop.n):
+        for j in range(i + 1, loop.n):
+            distance = float(np.hypot(*(loop.center[j] - loop.center[i])))
             apart = float(radius[i] + radius[j])
             if distance > apart:
                 continue
-            h = abs(float(side[j] * radius[j] - side[i] * radius[i]))
-            neighbours = j - i in (1, n - 1)
-            lost = neighbours and h >= distance
+            h = abs(float(loop.side[j] * radius[j] - loop.side[i] * radius[i]))
+            lost = j - i in (1, loop.n - 1) and h >= distance
             missing = "; no belt tangent exists between them" if lost else ""
-            value = Words(f"{_pair(names, i, j)}, {distance:.6g} m apart")
+            value = Words(f"{loop.names[i]} and {loop.names[j]}, {distance:.6g} m apart")
             allowed = (
                 f"more than {apart:.6g} m apart: their radii are {radius[i]:.6g} m and "
                 f"{radius[j]:.6g} m, they overlap{missing}"
@@ -87,25 +120,15 @@ def _overlaps(
     return found
 
 
-def _path_faults(
-    names: Sequence[str], center: FloatArray, radius: FloatArray, side: FloatArray
-) -> list[Mistake]:
+def _path_faults(loop: _Loop) -> list[Mistake]:
     """Missed pulleys, crossing spans and spans through pulleys, for pulleys that are apart."""
-    path = trace(center, radius, side)
-    missed = _missed(path.wrap, side)
-    found = [_missed_mistake(names, j, path.wrap[j], side[j]) for j in missed]
-    n = len(radius)
-    # the two spans of a missed pulley always cross near it: one mistake, not three
-    beside = {i for j in missed for i in (j, (j - 1) % n)}
-    start = center - (side * radius)[:, None] * path.normal
-    end = start + path.length[:, None] * path.direction
-    for i in range(n):
-        for j in range(i + 1, n):
-            if not {i, j} & beside and _cross(start[i], end[i], start[j], end[j]):
-                found.append(_crossing_mistake(names, i, j))
-    if not missed:
-        found += _pulleys_in_the_way(names, center, radius, path, start)
-    turns = float(side @ path.wrap) / (2.0 * np.pi)
+    path = trace(loop.center, loop.radius, loop.side)
+    missed = _missed(loop, path)
+    # the two spans of a missed pulley cross near it: one mistake, not three
+    spans = [i for i in range(loop.n) if i not in missed and (i + 1) % loop.n not in missed]
+    found = [_missed_mistake(loop, j, float(path.wrap[j])) for j in missed]
+    found += _crossings(loop, path, spans) + _pulleys_in_the_way(loop, path, spans)
+    turns = float(loop.side @ path.wrap) / (2.0 * np.pi)
     if not found and round(turns) != 1:
         value = Words(f"a belt that turns {turns:.3g} times")
         allowed = "a loop that turns once counter-clockwise; check sides and order of the pulleys"
@@ -113,53 +136,70 @@ def _path_faults(
     return found
 
 
-def _missed(wrap: FloatArray, side: FloatArray) -> list[int]:
-    """Pulleys that the belt misses: as many of the most wrapped as the turns are too many."""
-    excess = round(float(side @ wrap) / (2.0 * np.pi)) - 1
-    if excess == 0:
-        return []
-    suspects = [j for j in range(len(wrap)) if side[j] * excess > 0 and wrap[j] > np.pi]
-    suspects.sort(key=lambda j: -wrap[j])
-    return sorted(suspects[: abs(excess)])
+def _missed(loop: _Loop, path: Trace) -> list[int]:
+    """Pulleys that the belt misses.
+
+    As many of the most wrapped as the belt has turns too many, and those wrapped by more than
+    three quarters of a turn between spans that cross each other (such faults can cancel in the
+    number of turns).
+    """
+    excess = round(float(loop.side @ path.wrap) / (2.0 * np.pi)) - 1
+    suspects = [j for j in range(loop.n) if loop.side[j] * excess > 0 and path.wrap[j] > np.pi]
+    suspects.sort(key=lambda j: -path.wrap[j])
+    found = set(suspects[: abs(excess)])
+    start, end = _span_ends(loop, path)
+    for j in range(loop.n):
+        crossing = _cross(start[j - 1], end[j - 1], start[j], end[j])
+        if path.wrap[j] > 1.5 * np.pi and crossing:
+            found.add(j)
+    return sorted(found)
 
 
-def _missed_mistake(names: Sequence[str], j: int, wrap: float, side: float) -> Mistake:
-    degrees = float(np.degrees(wrap))
-    kind, other = ("inside", "back") if side > 0 else ("back", "inside")
-    value = Words(f"{names[j]}, wrapped by {degrees:.1f} deg")
+def _span_ends(loop: _Loop, path: Trace) -> tuple[FloatArray, FloatArray]:
+    """Where the spans begin and end, (n, 2) each."""
+    start = loop.center - (loop.side * loop.radius)[:, None] * path.normal
+    return start, start + path.length[:, None] * path.direction
+
+
+def _missed_mistake(loop: _Loop, j: int, wrap: float) -> Mistake:
+    kind, other = ("inside", "back") if loop.side[j] > 0 else ("back", "inside")
+    value = Words(f"{loop.names[j]}, wrapped by {np.degrees(wrap):.1f} deg")
     allowed = (
         f"touched by the belt, which misses it as a pulley of side {kind!r} at this place; "
         f"move it, or check its side ({other!r}?) and its place in the list"
     )
-    return Mistake(f"pulleys[{j}]", value, allowed)
+    return Mistake(f"pulleys[{loop.place[j]}]", value, allowed)
 
 
-def _crossing_mistake(names: Sequence[str], i: int, j: int) -> Mistake:
-    n = len(names)
-    spans = [f"{names[k]}-{names[(k + 1) % n]}" for k in (i, j)]
-    value = Words(f"spans {i + 1} ({spans[0]}) and {j + 1} ({spans[1]}), which cross")
+def _crossings(loop: _Loop, path: Trace, spans: Sequence[int]) -> list[Mistake]:
+    """Pairs of `spans` that cross."""
+    start, end = _span_ends(loop, path)
     allowed = "spans that do not cross; check the order and the sides of these pulleys"
-    return Mistake("pulleys", value, allowed)
+    return [
+        Mistake("pulleys", Words(f"{loop.span(i)} across {loop.span(j)}"), allowed)
+        for i in spans
+        for j in spans
+        if i < j and _cross(start[i], end[i], start[j], end[j])
+    ]
 
 
-def _pulleys_in_the_way(
-    names: Sequence[str], center: FloatArray, radius: FloatArray, path: Trace, start: FloatArray
-) -> list[Mistake]:
-    """Spans that run through a pulley they do not touch."""
+def _pulleys_in_the_way(loop: _Loop, path: Trace, spans: Sequence[int]) -> list[Mistake]:
+    """Pulleys that one of `spans` runs through without touching them."""
+    start, _ = _span_ends(loop, path)
     found = []
-    n = len(names)
-    for i in range(n):
-        for j in range(n):
-            if j in (i, (i + 1) % n):
+    for i in spans:
+        for j in range(loop.n):
+            if j in (i, (i + 1) % loop.n):
                 continue
-            offset = center[j] - start[i]
+            offset = loop.center[j] - start[i]
             along = float(np.clip(offset @ path.direction[i], 0.0, path.length[i]))
             distance = float(np.hypot(*(offset - along * path.direction[i])))
-            if distance < radius[j]:
-                span = f"span {i + 1} ({names[i]}-{names[(i + 1) % n]})"
-                value = Words(f"{names[j]}, {distance:.6g} m from {span}")
-                allowed = f"at least its radius {radius[j]:.6g} m away: the span runs through it"
-                found.append(Mistake(f"pulleys[{j}]", value, allowed))
+            if distance < loop.radius[j]:
+                value = Words(f"{loop.names[j]}, {distance:.6g} m from {loop.span(i)}")
+                allowed = (
+                    f"at least its radius {loop.radius[j]:.6g} m away: the span runs through it"
+                )
+                found.append(Mistake(f"pulleys[{loop.place[j]}]", value, allowed))
     return found
 
 
@@ -168,7 +208,3 @@ def _cross(a: FloatArray, b: FloatArray, c: FloatArray, d: FloatArray) -> bool:
     along, other = b - a, d - c
     sides = cross(along, c - a) * cross(along, d - a), cross(other, a - c) * cross(other, b - c)
     return bool(max(float(s) for s in sides) < 0.0)
-
-
-def _pair(names: Sequence[str], i: int, j: int) -> str:
-    return f"{names[i]} and {names[j]}"

@@ -55,7 +55,7 @@ _POINT = "[x, y], two numbers from -10 to 10"
 class Table(BaseModel):
     """A table of a drive file: frozen, no unknown keys."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", revalidate_instances="always")
 
 
 class Pulley(Table):
@@ -273,7 +273,7 @@ class Drive(Table):
         None, description="a table (lengths and angles in place of those from the coordinates)"
     )
 
-    def __init__(self, **tables: Any) -> None:
+    def __init__(self, /, **tables: Any) -> None:
         from beltsim.drive.soundness import mistakes_in  # it needs the models above
 
         found: list[Mistake] = []
@@ -305,7 +305,7 @@ class Drive(Table):
         tables = {name: getattr(self, name) for name in self.model_fields_set}
         return type(self)(**tables | dict(update or {}))
 
-    def changed(self, **tables: Any) -> Self:
+    def changed(self, /, **tables: Any) -> Self:
         """A copy with some keys changed, checked like a new drive.
 
         Parameters

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
+from pydantic_core import ErrorDetails
 
 from beltsim.drive.faults import layout_faults
 from beltsim.drive.schema import (
@@ -48,6 +49,9 @@ TABLES: dict[tuple[str, ...], type[BaseModel]] = {
     ("overrides",): Overrides,
 }
 
+#: Wrong values and keys that are told one by one; a drive file never has more.
+MOST_TOLD = 500
+
 #: How a value given in a customary unit relates to the key's unit: ending, factor, unit.
 _CUSTOMARY = (
     ("length_kg_m", 1e-3, "g/m"),
@@ -76,15 +80,29 @@ def mistakes_in(tables: Mapping[str, Any], error: ValidationError | None = None)
     list of Mistake
         In the order: values and keys, keys that depend on each other, layout.
     """
-    found, bad = [], set()
-    for entry in error.errors(include_url=False, include_context=False) if error else ():
-        location = tuple(entry["loc"])
-        found.append(_reworded(location, entry["type"], entry["input"]))
-        bad.add(location)
+    entries = error.errors(include_url=False, include_context=False) if error else []
+    entries = [entry for entry in entries if not _short_of_sound_ones(entry)]
+    bad: set[Location] = {tuple(entry["loc"]) for entry in entries}
+    found = [
+        _reworded(tuple(entry["loc"]), entry["type"], entry["input"])
+        for entry in entries[:MOST_TOLD]
+    ]
+    if len(entries) > MOST_TOLD:
+        more = Words(f"{len(entries) - MOST_TOLD} further mistakes")
+        found.append(Mistake("drive", more, "a drive file; is this one?"))
     given = _Given(tables, bad)
     for check in (_belt, _tensioner, _speed, _excitation, _roles, _names, _overrides, _layout):
         found += check(given)
     return list({mistake.field + str(mistake): mistake for mistake in found}.values())
+
+
+def _short_of_sound_ones(entry: ErrorDetails) -> bool:
+    """Whether a list is called too short only because wrong entries were not counted in it."""
+    value = entry["input"]
+    shortest = {"pulleys": 2, "excitation.orders": 1}.get(path_words(entry["loc"]))
+    if entry["type"] != "too_short" or shortest is None:
+        return False
+    return isinstance(value, Sequence) and len(value) >= shortest
 
 
 class _Given:
@@ -93,6 +111,7 @@ class _Given:
     def __init__(self, tables: Mapping[str, Any], bad: set[Location]) -> None:
         self._tables = tables
         self._bad = bad
+        self._spoilt = {entry[:n] for entry in bad for n in range(len(entry) + 1)}
 
     def entry(self, *location: str | int) -> Any:
         """What stands at `location`, right or wrong; None when nothing does."""
@@ -111,10 +130,9 @@ class _Given:
 
     def value(self, *location: str | int) -> Any:
         """The value at `location`, or None when it is absent or anything about it is wrong."""
-        n = len(location)
-        for bad in self._bad:
-            if bad[:n] == location[: len(bad)]:
-                return None
+        above = (location[:n] for n in range(len(location)))
+        if location in self._spoilt or any(table in self._bad for table in above):
+            return None
         return self.entry(*location)
 
     def present(self, *location: str | int) -> list[str]:
@@ -144,6 +162,8 @@ class _Given:
 def _reworded(location: Location, kind: str, value: Any) -> Mistake:
     """Finding of pydantic as a mistake with its path, value and what is allowed."""
     names = tuple(part for part in location if isinstance(part, str))
+    if not names:  # a key that is no text: pydantic looks no further
+        return Mistake("drive", shown(value), "a table whose keys are those of a drive file")
     table = TABLES.get(names[:-1]) if names else None
     field = None if table is None else table.model_fields.get(names[-1])
     if kind == "extra_forbidden" or field is None:
@@ -164,8 +184,11 @@ def _known_keys(names: tuple[str, ...]) -> str:
     if table is None:
         return "a key of a drive file"
     known = list(table.model_fields)
-    close = difflib.get_close_matches(names[-1][:100], known, n=1, cutoff=0.5)
-    nearest = f"did you mean {close[0]}? " if close else ""
+    word = names[-1][:100].lower()
+    plain = {key.lower(): key for key in known}
+    close = [key for key in plain if word and key.startswith(word)]  # the unit left out
+    close += difflib.get_close_matches(word, plain, n=1, cutoff=0.5)
+    nearest = f"did you mean {plain[close[0]]}? " if close else ""
     return f"a known key; {nearest}known here: {', '.join(known)}"
 
 

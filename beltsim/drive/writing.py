@@ -39,4 +39,5 @@ def json_schema() -> dict[str, Any]:
     for table in (schema, *schema["$defs"].values()):
         for entry in table["properties"].values():
             entry.pop("title", None)  # made from the key, with its unit in capitals
+    schema["description"] = "A belt drive, the content of one drive file of beltsim."
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | schema

@@ -182,9 +182,12 @@ class _System:
         return np.concatenate([state, [1.0, torque], np.cos(angle), np.sin(angle)])
 
 
-def exact_transient(problem, periods=20.0, initial_state=None) -> ExactRun:
-    """Run `problem` from t = 0 over `periods` forcing periods."""
-    system = _System(problem)
+def exact_transient(problem, periods=20.0, initial_state=None, like=None) -> ExactRun:
+    """Run `problem` from t = 0 over `periods` forcing periods.
+
+    `like`: a run of the same problem with another friction torque, whose matrices are reused.
+    """
+    system = _System(problem) if like is None else like._system
     n, end = system.n, periods * 2.0 * np.pi / system.Omega
     state = np.zeros(2 * n) if initial_state is None else np.array(initial_state, float)
     if problem.joint is None:
@@ -207,7 +210,8 @@ class _Walk:
         self.v_peak = 0.0
         self.H_peak = self.Q_s
         self.state, self.t = state, 0.0
-        self.order = 0  # leading Taylor coefficients that vanish at the phase's start
+        self.order = 0  # leading Taylor coefficients that vanish at the phase's start,
+        self.side = 0  # of this one of the watched quantities (stick: 0 at +Q_s, 1 at -Q_s)
         self.mode = self._first_mode()
         self.phases: list[Phase] = []
 
@@ -234,18 +238,19 @@ class _Walk:
         if not H.any():
             return "stick"
         # On the limit: the first derivative of the reaction that is not zero decides.
-        size = np.abs(H).max()
-        first = next((k for k in range(1, DEGREE + 1) if abs(H[k]) > ROUNDING * size), None)
+        first = _first_derivative(H)
         if first is None:
             return "stick"
         if side * H[first] > 0.0:
             self.order = 1 if self.Q_s > self.Q_m else 1 + first
             return slipping
-        self.order = first
+        self.order, self.side = first, int(side < 0.0)
         return "stick"
 
     def run(self) -> ExactRun:
         while True:
+            if len(self.phases) > 20 and self.t == self.phases[-20].t:
+                raise RuntimeError(f"the reference does not move on at t = {self.t}")
             torque = SIGN[self.mode] * self.Q_m
             z = self.system.extended(self.state, self.t, torque)
             self.phases.append(Phase(self.mode, self.t, z))
@@ -271,6 +276,7 @@ class _Walk:
             self.v_peak = max(self.v_peak, float(np.abs(c[:, 0, 0]).max()))
             return sign * c
 
+        self.side = 0
         z, reached = self._walk(flow, z, watched, "velocity")
         self.state = z[: 2 * self.system.n].copy()
         if not reached:
@@ -281,13 +287,12 @@ class _Walk:
         self.H_peak = max(self.H_peak, abs(H))
         gap = abs(H) - self.Q_s
         self.order = 0
-        if gap <= 0.0 and self.Q_s > 0.0:
+        # A falling speed means sign*H <= Q_m: only rounding can put it beyond Q_s.
+        if (gap <= ROUNDING * abs(H) or sign * H > 0.0) and self.Q_s > 0.0:
             self._record("stick", sign * self.Q_m, H, before, gap)
             self.mode = "stick"
             return True
         self.order = 1
-        if H * sign > 0.0:  # a touch: the joint goes on the same way
-            return True
         self._record("reverse", sign * self.Q_m, -sign * self.Q_m, before, gap)
         self.mode = "slip-" if sign > 0 else "slip+"
         return True
@@ -304,6 +309,11 @@ class _Walk:
             return False
         H = self._reaction()
         sign = 1.0 if H[0] > 0.0 else -1.0
+        first = _first_derivative(H)
+        if first is not None and sign * H[first] < 0.0:  # touches the limit and turns back
+            self.touches.append(Touch(self.t, 0.0, "reaction"))
+            self.order, self.side = first, int(sign < 0.0)
+            return True
         rate = abs(H[1]) / self.system.stick.h
         self.mode = "slip+" if sign > 0.0 else "slip-"
         self._record(self.mode, sign * self.Q_s, sign * self.Q_m, rate, np.inf)
@@ -317,7 +327,7 @@ class _Walk:
             left = (self.end - self.t) / flow.h
             cells = min(CELLS, int(np.ceil(left)))
             c = watched(flow.polynomials(z)[: cells + 1])
-            for i, u in self._roots(c[:cells], order):
+            for i, u in self._roots(c[:cells], order, self.side):
                 if i + u > left:
                     break
                 self._note_minima(c[: i + 1], flow.h, kind, order)
@@ -332,14 +342,18 @@ class _Walk:
             z = self.system.extended(z[:n2], self.t, z[n2 + 1])  # oscillators anew: no drift
 
     @staticmethod
-    def _roots(c: np.ndarray, order: int):
-        """The first root, as (cell, fraction); `order` leading coefficients count as zero."""
+    def _roots(c: np.ndarray, order: int, side: int):
+        """The first root, as (cell, fraction).
+
+        `order` leading coefficients of quantity `side` are zero: the root there is divided out.
+        """
         sure = c[:, :, 0] > np.abs(c[:, :, 1:]).sum(axis=2)
         for i in np.flatnonzero(~sure.all(axis=1)):
             found = []
-            for p in c[i]:
-                # A slip phase starts at v = 0, where the root is divided out.
-                strip = order if i == 0 and (len(c[i]) == 1 or abs(p[0]) < _tiny(p)) else 0
+            for j, p in enumerate(c[i]):
+                strip = order if i == 0 and j == side else 0
+                while strip and strip < DEGREE and abs(p[strip]) < _tiny(p):
+                    strip += 1
                 u = first_root(p[strip:])
                 if u is not None:
                     found.append(u)
@@ -364,6 +378,11 @@ class _Walk:
         n = self.system.n
         state = self.state.copy()
         self.log.append((self.t, kind, state[:n], state[n:], before, after, speed, gap))
+
+
+def _first_derivative(p: np.ndarray) -> int | None:
+    """Order of the first derivative that is more than rounding."""
+    return next((k for k in range(1, len(p)) if abs(p[k]) > _tiny(p)), None)
 
 
 def _tiny(p: np.ndarray) -> float:

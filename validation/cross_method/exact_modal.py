@@ -28,11 +28,17 @@ SAMPLES_PER_CYCLE = 24
 
 @dataclass(frozen=True)
 class Run:
-    """Events and end state; `travel` is the distance slipped in each forcing period."""
+    """Events and end state; `travel` is the distance slipped in each forcing period.
+
+    `rate` says how fast what ends a phase (the velocity, or the distance of the reaction from
+    Q_s) passes through zero, over Omega times its largest value in the run. An error of that
+    quantity moves the event by the error over Omega times the rate.
+    """
 
     t: np.ndarray
     kind: list[str]
     position: np.ndarray
+    rate: np.ndarray
     final_state: np.ndarray
     travel: np.ndarray
 
@@ -53,7 +59,8 @@ class _Linear:
         self.V_inverse = np.linalg.inv(self.V)
         self.rates = 1j * W * np.arange(len(force))
         self.particular = np.zeros((len(force), 2 * n), complex)
-        for k, rate in enumerate(self.rates):
+        for k in np.flatnonzero(np.any(force, axis=1)):
+            rate = self.rates[k]
             x = np.linalg.solve(rate**2 * M + rate * B + K, force[k])
             self.particular[k] = np.concatenate([x, rate * x])
         self.per_torque = np.concatenate([np.linalg.solve(K, e), np.zeros(n)])
@@ -138,7 +145,8 @@ class _Walk:
         self.stick = _Linear(*self.stuck_matrices, force[:, keep], column, W) if n > 1 else None
         fastest = max(np.abs(self.slip.eigenvalues).max(), W)
         self.step = 2.0 * np.pi / fastest / SAMPLES_PER_CYCLE
-        self.events: list[tuple[float, str, float]] = []
+        self.events: list[tuple[float, str, float, float]] = []
+        self.largest = {"velocity": 0.0, "reaction": self.Q_s}
 
     def run(self) -> Run:
         """Go through the phases; a mode is +1, -1 (slip) or 0 (stick)."""
@@ -152,10 +160,12 @@ class _Walk:
                 before = self.y[self.j]
                 t, mode = self._phase(t, stop, mode)
                 travel[index] += abs(self.y[self.j] - before)
-        columns = list(zip(*self.events, strict=True)) or [(), (), ()]
-        return Run(
-            np.array(columns[0]), list(columns[1]), np.array(columns[2]), self.y.copy(), travel
-        )
+        t_all, kinds, places, slopes = zip(*self.events, strict=True) if self.events else ((),) * 4
+        watched = ["velocity" if kind in ("stick", "reverse") else "reaction" for kind in kinds]
+        sizes = np.array([self.largest[name] for name in watched])
+        rate = np.array(slopes) / (self.W * sizes)
+        end_state = self.y.copy()
+        return Run(np.array(t_all), list(kinds), np.array(places), rate, end_state, travel)
 
     def _phase(self, t: float, stop: float, mode: int) -> tuple[float, int]:
         """Advance to the next event, at most to `stop`; the time and mode there."""
@@ -167,14 +177,17 @@ class _Walk:
         motion = self.slip.motion(t, self.y, mode * self.Q_m)
         row = np.zeros(2 * self.n)
         row[self.n + self.j] = float(mode)
-        found = self._first_root(motion.watch(row), t, stop, start_is_zero=row @ self.y == 0.0)
+        speed = motion.watch(row)
+        found = self._first_root(speed, t, stop, start_is_zero=row @ self.y == 0.0)
+        peak = np.abs(speed.at(np.linspace(t, stop if found is None else found, 33))).max()
+        self.largest["velocity"] = max(self.largest["velocity"], float(peak))
         self.y = motion.state(stop if found is None else found)
         if found is None:
             return stop, mode
         self.y[self.n + self.j] = 0.0
         after = self._at_rest(found)
         kind = "stick" if after == 0 else "reverse"
-        self.events.append((found, kind, self.y[self.j]))
+        self.events.append((found, kind, self.y[self.j], abs(float(speed.at(found, 1)))))
         return found, after
 
     def _stick(self, t: float, stop: float) -> tuple[float, int]:
@@ -194,7 +207,8 @@ class _Walk:
             self.y[self.keep], self.y[self.n + self.keep] = np.split(q, 2)
         if released is None:
             return stop, 0
-        self.events.append((released, "slip+" if side > 0 else "slip-", self.y[self.j]))
+        kind = "slip+" if side > 0 else "slip-"
+        self.events.append((released, kind, self.y[self.j], abs(float(H.at(released, 1)))))
         return released, side
 
     def _reaction_signal(self, t: float) -> _Signal:

@@ -1,0 +1,77 @@
+"""`solve_many`: independent runs side by side on threads.
+
+The core releases the interpreter lock, so threads use all cores; each run gives the same bits for
+any number of workers.
+
+Depends on: errors, problem, response, transient.run, transient.settings.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from concurrent.futures import ThreadPoolExecutor
+
+from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
+from beltsim.problem import FrictionProblem
+from beltsim.response import Response
+from beltsim.transient.run import integrate
+from beltsim.transient.settings import Settings
+
+
+def solve_many(
+    problems: Iterable[FrictionProblem],
+    settings: Settings | None = None,
+    workers: int | None = None,
+    *,
+    periods: float = 100.0,
+) -> list[Response | BeltsimError]:
+    """`integrate` for each problem; a failed run leaves its error in the list.
+
+    Parameters
+    ----------
+    problems : iterable of FrictionProblem
+    settings : Settings, optional
+        The same for all.
+    workers : int, optional
+        Threads; default: one per core that this process may use.
+    periods : float
+        Length of each run.
+
+    Returns
+    -------
+    list of Response or BeltsimError
+        In the order of the problems.
+
+    Raises
+    ------
+    InvalidProblemError
+        When `workers` is not a positive integer.
+
+    Examples
+    --------
+    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
+    >>> push = HarmonicForcing(1.0, cos=[[0.0], [1.0]], sin=[[0.0], [0.0]])
+    >>> mass = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[4.0]], 0, push, Coulomb(0.2))
+    >>> runs = solve_many([mass, mass.with_friction(Coulomb(0.6))], periods=5.0)
+    >>> [len(run.events) > 0 for run in runs]
+    [True, True]
+    """
+    count = _cores() if workers is None else workers
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
+
+    def one(problem: FrictionProblem) -> Response | BeltsimError:
+        try:
+            return integrate(problem, periods, None, settings)
+        except BeltsimError as error:
+            return error
+
+    with ThreadPoolExecutor(max_workers=count) as pool:
+        return list(pool.map(one, problems))
+
+
+def _cores() -> int:
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

@@ -1,0 +1,28 @@
+/* Optimised operations for SUNDIALS' serial vector.
+ *
+ * Debian compiles SUNDIALS without optimisation, and most of a CVODE step is
+ * vector operations; so the ones it uses are replaced, in the vector's own
+ * table of operations, by loops compiled with ours. Same arithmetic, element
+ * by element. */
+#ifndef BS_VECTOR_H
+#define BS_VECTOR_H
+
+#include <nvector/nvector_serial.h>
+
+/* Replace the operations of a serial vector; its clones inherit them. */
+void bs_vector_speed_up(N_Vector v);
+
+/* A probe is the image of a vector under a linear functional, row.x. A linear
+ * combination written into it keeps the terms: CVodeGetDky then hands out the
+ * interpolating polynomial of row.y instead of its value. */
+typedef struct {
+  int64_t n;         /* size of row */
+  const double *row; /* size n; NULL: take component `unit` */
+  int64_t unit;
+  int count;                   /* terms of the last combination */
+  double factor[16], term[16]; /* its factors and the images of its vectors */
+} bs_probe;
+
+N_Vector bs_vector_probe(SUNContext context, bs_probe *probe);
+
+#endif

@@ -1,0 +1,31 @@
+"""Transients of one mass to its steady motion."""
+
+import numpy as np
+
+from beltsim import transient
+from validation.analytic.den_hartog.reference import CASES, periods, steady
+from validation.analytic.one_mass import one_mass
+from validation.row import Row
+
+
+def compute() -> list[Row]:
+    rows = []
+    for beta, zeta, f in CASES:
+        problem = one_mass(k=1.0, Q=f, c=2.0 * zeta, P=1.0, Omega=beta)
+        settings = transient.Settings(rtol=1e-10, keep="events")
+        run = transient.integrate(problem, float(periods(beta, zeta)), None, settings)
+        amplitude, lag = steady(beta, zeta, f)
+        last = run.events.t > run.window[0]
+        position, t = run.events.position[last], run.events.t[last]
+        top = int(np.argmax(position))
+        got_lag = np.angle(np.exp(1j * (beta * t[top] - lag))) + lag
+        where = f"beta = {beta}, zeta = {zeta}, f = {f}"
+        rows += [
+            Row(f"turns per period, {where}", int(np.count_nonzero(last)), 2),
+            Row(f"stops per period, {where}", run.stops_per_period, 0.0),
+            Row(f"upper amplitude, {where}", position[top], amplitude),
+            Row(f"lower amplitude, {where}", -position.min(), amplitude),
+            Row(f"phase, {where}", got_lag, lag),
+            Row(f"dissipated energy, {where}", run.dissipated_energy, 4.0 * f * amplitude),
+        ]
+    return rows
