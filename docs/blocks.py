@@ -27,6 +27,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -77,7 +78,7 @@ def run_page(page: Path, folder: Path) -> Iterator[Outcome]:
     text = page.read_text()
     found = blocks_of(text)
     namespace: dict[str, object] = {"__name__": page.stem}
-    for block, following in zip(found, [*found[1:], None], strict=True):
+    for block, following in zip_longest(found, found[1:]):
         if block.language == "python":
             printed = _run_python(block, page, namespace, folder)
             follows = following is not None and following.language == "text"

@@ -44,6 +44,32 @@ def test_toml_blocks_are_toml(page: Path):
             tomllib.loads(block.text)
 
 
+def test_import_table_is_the_one_that_is_enforced():
+    from test_import_rules import ALLOWED, ANYTHING
+
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    table = text.partition("| may import from beltsim |")[2].partition("\n\n")[0]
+    stated = {}
+    for left, right in re.findall(r"^\| (`.*?) \| (.*?) \|$", table, re.M):
+        for package in re.findall(r"`(\w+)`", left):
+            names = set(re.findall(r"`(\w+)`", right.replace("`to_xarray`", "")))
+            stated[package] = ANYTHING if right == "anything but `cli`" else names
+    enforced = {name: allowed for name, allowed in ALLOWED.items() if name != "__main__"}
+    assert stated == enforced
+
+
+def test_files_of_the_tree_exist():
+    text = (ROOT / "docs" / "architecture.md").read_text()
+    tree = next(b.text for b in blocks.blocks_of(text) if b.text.startswith("beltsim/"))
+    named = re.findall(r"^([a-z][\w./]+)  ", tree, re.M)
+    assert len(named) > 20
+    assert not [name for name in named if not (ROOT / name).exists()]
+    inside = {path.name for path in (ROOT / "beltsim").iterdir() if path.suffix != ".so"}
+    inside -= {"__init__.py", "__main__.py", "__pycache__", "py.typed"}
+    missing = {name for name in inside if f"beltsim/{name}" not in tree}
+    assert not missing
+
+
 def test_the_complete_example_is_a_drive():
     from beltsim.drive import Drive
 

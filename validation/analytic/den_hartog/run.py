@@ -5,7 +5,7 @@ import numpy as np
 from beltsim import transient
 from validation.analytic.den_hartog.reference import CASES, periods, steady
 from validation.analytic.one_mass import one_mass
-from validation.row import Row
+from validation.row import Row, gathered
 
 
 def compute() -> list[Row]:
@@ -19,13 +19,12 @@ def compute() -> list[Row]:
         position, t = run.events.position[last], run.events.t[last]
         top = int(np.argmax(position))
         got_lag = np.angle(np.exp(1j * (beta * t[top] - lag))) + lag
-        where = f"beta = {beta}, zeta = {zeta}, f = {f}"
         rows += [
-            Row(f"turns per period, {where}", int(np.count_nonzero(last)), 2),
-            Row(f"stops per period, {where}", run.stops_per_period, 0.0),
-            Row(f"upper amplitude, {where}", position[top], amplitude),
-            Row(f"lower amplitude, {where}", -position.min(), amplitude),
-            Row(f"phase, {where}", got_lag, lag),
-            Row(f"dissipated energy, {where}", run.dissipated_energy, 4.0 * f * amplitude),
+            Row("turns per period", int(np.count_nonzero(last)), 2),
+            Row("stops per period", run.stops_per_period, 0.0),
+            Row("upper amplitude", position[top], amplitude),
+            Row("lower amplitude", -position.min(), amplitude),
+            Row("phase", got_lag, lag),
+            Row("dissipated energy", run.dissipated_energy, 4.0 * f * amplitude),
         ]
-    return rows
+    return gathered(rows)

@@ -5,7 +5,7 @@ import numpy as np
 import beltsim
 from beltsim import transient
 from validation.analytic.free_and_locked_limits.reference import held, series, steady
-from validation.row import Row
+from validation.row import Row, gathered
 from validation.zhu_parker_2008.paper import problem
 
 SETTINGS = transient.Settings(rtol=1e-10, samples_per_period=64)
@@ -15,7 +15,7 @@ def compute() -> list[Row]:
     rows = []
     for Omega in (2.8, 6.3):
         rows += _free(Omega) + _locked(Omega)
-    return rows
+    return gathered(rows)
 
 
 def _free(Omega: float) -> list[Row]:
@@ -26,8 +26,8 @@ def _free(Omega: float) -> list[Row]:
     size = np.abs(expected).max()
     linear = beltsim.linear.response(at)[1]
     return [
-        Row(f"all coordinates, free, Omega = {Omega}", run.q / size, expected / size),
-        Row(f"linear.response, free, Omega = {Omega}", abs(linear - shape).max() / size, 0.0),
+        Row("all coordinates, free", run.q / size, expected / size),
+        Row("linear.response, free", abs(linear - shape).max() / size, 0.0),
     ]
 
 
@@ -35,18 +35,15 @@ def _locked(Omega: float) -> list[Row]:
     free = problem(Omega)
     shape = steady(free, locked=True)
     H = held(free, shape)
-    where = f"Omega = {Omega}"
     above = _started(free.with_friction(beltsim.Coulomb(1.001 * abs(H))), shape)
     below = _started(free.with_friction(beltsim.Coulomb(0.999 * abs(H))), shape)
     expected = series(np.array([H]), Omega, above.t)[:, 0]
     return [
-        Row(f"critical torque, {where}", beltsim.linear.critical_torque(free), abs(H)),
-        Row(f"events at 1.001 Q_cr, {where}", len(above.events), 0),
-        Row(f"arm moves at 1.001 Q_cr, {where}", np.abs(above.q[:, free.joint]).max(), 0.0),
-        Row(
-            f"holding torque over Q_cr, {where}", above.friction_torque / abs(H), expected / abs(H)
-        ),
-        Row(f"slips (1) at 0.999 Q_cr, {where}", int("slip+" in below.events.kind), 1),
+        Row("critical torque", beltsim.linear.critical_torque(free), abs(H)),
+        Row("events at 1.001 Q_cr", len(above.events), 0),
+        Row("arm moves at 1.001 Q_cr", np.abs(above.q[:, free.joint]).max(), 0.0),
+        Row("holding torque over Q_cr", above.friction_torque / abs(H), expected / abs(H)),
+        Row("slips (1) at 0.999 Q_cr", int("slip+" in below.events.kind), 1),
     ]
 
 

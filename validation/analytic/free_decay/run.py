@@ -5,7 +5,7 @@ import numpy as np
 from beltsim import transient
 from validation.analytic.free_decay.reference import CASES, half_swings
 from validation.analytic.one_mass import one_mass
-from validation.row import Row
+from validation.row import Row, gathered
 
 
 def compute() -> list[Row]:
@@ -16,18 +16,17 @@ def compute() -> list[Row]:
         w, energy = np.sqrt(k), 0.5 * k * x0**2
         run = transient.integrate(one_mass(k, Q), 1.5 * t[-1] / (2.0 * np.pi), [x0, 0.0], settings)
         events, end = run.events, run.final_state
-        where = f"k = {k}, Q = {Q}, x0 = {x0}"
         rows += [
-            Row(f"half swings, {where}", len(events), len(t)),
-            Row(f"stopping time, {where}", w * events.t[-1], w * t[-1]),
-            Row(f"stopping place, {where}", end[0] / x0, x[-1] / x0),
-            Row(f"velocity at the end, {where}", end[1], 0.0),
-            Row(f"turning points, {where}", events.position / x0, x / x0, x=t),
-            Row(f"turning times, {where}", w * events.t, w * t, x=t),
+            Row("half swings", len(events), len(t)),
+            Row("stopping time", w * events.t[-1], w * t[-1]),
+            Row("stopping place", end[0] / x0, x[-1] / x0),
+            Row("velocity at the end", end[1], 0.0),
+            Row("turning points", events.position / x0, x / x0),
+            Row("turning times", w * events.t, w * t),
             Row(
-                f"lost energy, {where}",
+                "lost energy",
                 run.total_dissipated_energy / energy,
                 1.0 - (x[-1] / x0) ** 2,
             ),
         ]
-    return rows
+    return gathered(rows)
