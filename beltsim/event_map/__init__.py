@@ -5,6 +5,6 @@ Depends on: problem, forcing, friction, response, and the extension `beltsim._ev
 
 from __future__ import annotations
 
+from beltsim.event_map.orbit import periodic as periodic
 from beltsim.event_map.propagate import propagate as propagate
 from beltsim.event_map.settings import Settings as Settings
-from beltsim.event_map.orbit import periodic as periodic

@@ -11,8 +11,7 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.event_map.flows import flows_of
-from beltsim.event_map.series import Piece as Piece
-from beltsim.event_map.series import pieces
+from beltsim.event_map.series import Piece, pieces
 from beltsim.event_map.walk import (
     KIND,
     KINDS,
@@ -30,13 +29,12 @@ from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 from beltsim.response import EventLog, NearGrazing, Window
 
-#: An event or a touch whose relative margin is below this is called near grazing.
+#: An event is near grazing when its margin, or the relative height by which it overshoots its
+#: threshold, half its relative rate squared, is below this; a touch, when its gap is.
 NEAR_GRAZING = 1e-8
 
 
-def sampled(
-    found: list[Piece], n: int, t: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def sampled(found: list[Piece], n: int, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Coordinates, velocities (nt, n) and friction torque (nt,) at the ascending times `t`."""
     x, torque = np.empty((len(t), 2 * n)), np.empty(len(t))
     edges = np.searchsorted(t, [piece.start for piece in found], side="left")
@@ -59,12 +57,17 @@ def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
     state = run.reals[:, STATE:]
     kind = run.integers[:, KIND]
     margin = run.reals[:, MARGIN].copy()
+    overshoot = np.ones(len(margin))
     peak = float(np.abs(run.reals[:, [TORQUE_BEFORE, TORQUE_AFTER]]).max())
-    released = (kind >= 2) & isinstance(law, Coulomb)
-    if released.any() and peak > 0.0:
-        rate = _release_rates(problem, run.t[released], state[released])
-        margin[released] = np.abs(rate) / (problem.forcing.Omega * peak)
-    quality = np.where(margin < NEAR_GRAZING, "near_grazing", "simple")
+    if isinstance(law, Coulomb) and peak > 0.0:
+        reaction, rate = _reactions(problem, run.t, state)
+        peak = max(peak, float(np.abs(reaction).max()))
+        rate = np.abs(rate) / (problem.forcing.Omega * peak)
+        stops = kind < 2
+        margin[~stops] = rate[~stops]
+        speed = np.abs(reaction - run.reals[:, TORQUE_BEFORE]) / peak
+        overshoot = 0.5 * np.where(stops, speed, rate) ** 2
+    quality = np.where(np.minimum(margin, overshoot) < NEAR_GRAZING, "near_grazing", "simple")
     quality[run.integers[:, MULTIPLE] != 0] = "multiple"
     return EventLog(
         t=run.t,
@@ -79,17 +82,20 @@ def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
     )
 
 
-def _release_rates(problem: FrictionProblem, t: FloatArray, x: FloatArray) -> FloatArray:
-    """Rate of the holding reaction at the times `t` (ne,) in the states `x` (ne, 2n)."""
+def _reactions(
+    problem: FrictionProblem, t: FloatArray, x: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The holding reaction and its rate at the times `t` (ne,) in the states `x` (ne, 2n)."""
     held = flows_of(problem).held
-    rest = x[:, flows_of(problem).rest]
+    rest, position = x[:, flows_of(problem).rest], x[:, problem.joint or 0]
     spin = 1j * held.Omega * np.arange(len(held.P))
-    turns = spin * np.exp(np.multiply.outer(t, spin))
-    position = x[:, [problem.joint or 0]]
-    free = rest - held.forced(t, 0.0) - position * held.X_c
+    turns = np.exp(np.multiply.outer(t, spin))
+    value = rest @ held.row + (turns @ held.D).real + held.d_c * position
+    turns *= spin
+    free = rest - held.forced(t, 0.0) - np.outer(position, held.X_c)
     modal = ((free @ held.W.T) * held.exponents) @ held.V.T
-    rate: FloatArray = (modal.real + (turns @ held.P).real) @ held.row + (turns @ held.D).real
-    return rate
+    rate = (modal.real + (turns @ held.P).real) @ held.row + (turns @ held.D).real
+    return value, rate
 
 
 def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> NearGrazing:

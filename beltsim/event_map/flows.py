@@ -13,7 +13,8 @@ Each flow carries the signal that ends its phases: the joint's velocity, or the 
 .. math:: H_R = f_t - (M_{tq}\ddot q + (C + G)_{tq}\dot q + K_{tq} q + K_{tt} q_t),
 
 with :math:`\ddot q` from the other rows at zero velocity and acceleration of the joint.
-The saturated law has instead a flow *inside its band*, with `Q_m/sigma` added to the joint's damping.
+The saturated law has instead a flow *inside its band*, with `Q_m/sigma` added to the
+joint's damping.
 
 Depends on: problem, friction, checks.
 """
@@ -149,9 +150,7 @@ def _flows(problem: FrictionProblem) -> Flows:
     D_qq = D[np.ix_(o, o)]
     m_t = np.linalg.solve(M_qq, problem.M[o, j])
     velocity = np.eye(2 * n)[n + j]
-    free = _flow(
-        problem.M, D, problem.K, F, Omega, -unit, velocity, np.zeros(len(F), complex), 0.0
-    )
+    free = _flow(problem.M, D, problem.K, F, Omega, -unit, velocity, np.zeros(len(F), complex), 0.0)
     row = np.concatenate([m_t @ K_qq - problem.K[j, o], m_t @ D_qq - D[j, o]])
     direct = F[:, j] - F[:, o] @ m_t
     d_c = float(m_t @ problem.K[o, j] - problem.K[j, j])

@@ -63,9 +63,7 @@ def _held(flows: Flows, problem: FrictionProblem, S: FloatArray, tau: float) -> 
     return after
 
 
-def _jump(
-    flows: Flows, problem: FrictionProblem, S: FloatArray, run: Walk, i: int
-) -> FloatArray:
+def _jump(flows: Flows, problem: FrictionProblem, S: FloatArray, run: Walk, i: int) -> FloatArray:
     n, joint = problem.n, problem.joint
     assert joint is not None
     kind, event = int(run.integers[i, KIND]), run.reals[i]

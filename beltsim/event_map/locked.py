@@ -54,6 +54,15 @@ def locked(problem: FrictionProblem) -> Locked:
     return found
 
 
+def at_rest(problem: FrictionProblem, position: float) -> FloatArray:
+    """State (2n,) at t = 0 of the steady motion with the joint held at `position`."""
+    flows = flows_of(problem)
+    state = np.zeros(2 * problem.n)
+    state[flows.rest] = flows.held.forced(0.0, position)
+    state[problem.joint or 0] = position
+    return state
+
+
 def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
     """Least and greatest value of Re sum_k c_k exp(i k x), from the roots of its derivative."""
     if len(c) == 1 or not np.any(c[1:]):

@@ -24,8 +24,9 @@ from beltsim.errors import ConvergenceError, NotPeriodicError
 from beltsim.event_map import build
 from beltsim.event_map.flows import ComplexArray, flows_of
 from beltsim.event_map.jacobian import jacobian
-from beltsim.event_map.locked import locked, require_stable
+from beltsim.event_map.locked import at_rest, locked, require_stable
 from beltsim.event_map.propagate import checked_run, require_joint
+from beltsim.event_map.series import Piece
 from beltsim.event_map.settings import Settings
 from beltsim.event_map.walk import MODES, Walk, walk
 from beltsim.friction import Coulomb, FrictionLaw
@@ -171,9 +172,7 @@ def _newton(search: _Search) -> _Search | None:
     problem = search.problem
     n = problem.n
     try:
-        step = np.linalg.solve(
-            np.eye(2 * n) - search.derivative(), search.image - search.state
-        )
+        step = np.linalg.solve(np.eye(2 * n) - search.derivative(), search.image - search.state)
     except np.linalg.LinAlgError:
         return None
     state = search.state + step
@@ -209,19 +208,13 @@ def _orbit_response(problem: FrictionProblem, search: _Search, settings: Setting
     return orbit_of(problem, run, multipliers, None, statistics, settings)
 
 
-def _resting(
-    problem: FrictionProblem, rest: tuple[float, float], settings: Settings
-) -> Response:
+def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Settings) -> Response:
     """The locked orbit at the middle of the rest interval."""
     flows = flows_of(problem)
-    n, joint = problem.n, problem.joint
     position = 0.5 * (rest[0] + rest[1])
     if not np.isfinite(position):
         position = 0.0
-    state = np.zeros(2 * n)
-    state[flows.rest] = flows.held.forced(0.0, position)
-    state[joint] = position
-    run = walk(problem, state, 1.0)
+    run = walk(problem, at_rest(problem, position), 1.0)
     pairs = np.exp(flows.held.exponents * problem.period)
     both = np.concatenate([pairs, pairs[flows.held.exponents.imag > 0.0].conj()])
     multipliers = np.concatenate([both, [1.0, 0.0]])  # the position is free, the velocity is not
@@ -283,7 +276,7 @@ def _on_the_circle(events: EventLog, period: float) -> EventLog:
 
 
 def fourier(
-    problem: FrictionProblem, found: list[build.Piece], harmonics: int
+    problem: FrictionProblem, found: list[Piece], harmonics: int
 ) -> tuple[ComplexArray, ComplexArray]:
     """Exact coefficients (R + 1, n) of the coordinates and (R + 1,) of the friction torque."""
     w = problem.forcing.Omega * np.arange(harmonics + 1)

@@ -91,9 +91,7 @@ def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Ite
 
 def _cut(piece: Piece, start: float, end: float) -> Piece:
     grown = np.exp(piece.mu * (start - piece.start))
-    return Piece(
-        start, end - start, piece.mode, piece.mu, piece.Z * grown, piece.torque * grown
-    )
+    return Piece(start, end - start, piece.mode, piece.mu, piece.Z * grown, piece.torque * grown)
 
 
 def _piece(

@@ -194,6 +194,13 @@ static void cross(machine *it, bm_events *events, const bm_exit *out) {
   run->multiplicity = 1;
 }
 
+/* Whether the phase of the run's mode is left the moment it begins. */
+static int ends_at_once(machine *it) {
+  begin(it);
+  bm_exit out = exit_of(it, it->period);
+  return out.side != 0 && out.tau == 0.0;
+}
+
 /* Mode of a run that starts in the given state. */
 static void start(machine *it) {
   bm_run *run = it->run;
@@ -216,14 +223,15 @@ static void start(machine *it) {
     run->mode = BM_STICK;
     run->multiplicity =
         run->Q_s - fabs(H) <= 8.0 * DBL_EPSILON * run->reaction_scale;
+    if (run->multiplicity && ends_at_once(it)) {
+      run->mode = H > 0.0 ? BM_SLIP_POS : BM_SLIP_NEG;
+      run->multiplicity = run->Q_s > run->Q_m ? 1 : 2;
+    }
     return;
   }
   run->mode = H >= 0.0 ? BM_SLIP_POS : BM_SLIP_NEG;
-  if (H == 0.0) {
-    begin(it);
-    if (exit_of(it, it->period).tau == 0.0) {
-      run->mode = BM_SLIP_NEG;
-    }
+  if (H == 0.0 && ends_at_once(it)) {
+    run->mode = BM_SLIP_NEG;
   }
 }
 

@@ -227,18 +227,20 @@ static int monotone(const double *b, double error, double noise) {
 
 typedef enum { INWARD = 1, UNDECIDED = 0, OUTWARD = -1, FLAT = 2 } bm_start;
 
-/* Which way f leaves a zero of order p of f - at, over the first cell: inward
- * (sign) when f = at + sign tau^p g with g > 0 on the whole cell. The Taylor
- * series gives g without cancellation. */
-static bm_start leave(bm_signal *f, double d, int p, int sign) {
+/* Which way f leaves a zero of order *order of f - at, over the first cell:
+ * inward (sign) when f = at + sign tau^p g with g > 0 on the whole cell. The
+ * Taylor series gives g without cancellation. Coefficients within rounding of
+ * zero raise the order; when all are, f stays where it is: FLAT. */
+static bm_start leave(bm_signal *f, double d, int *order, int sign) {
   double c[TAYLOR_TERMS], noise[TAYLOR_TERMS], against = 0.0;
-  int terms = taylor(f, d, c, noise);
-  if (terms <= p) {
-    return UNDECIDED;
+  int terms = taylor(f, d, c, noise), p = *order;
+  while (p < terms && fabs(c[p]) <= noise[p]) {
+    p++;
   }
-  if (fabs(c[p]) <= noise[p]) {
+  if (p >= terms) {
     return FLAT;
   }
+  *order = p;
   if (sign * c[p] < 0.0) {
     return OUTWARD;
   }
@@ -248,19 +250,50 @@ static bm_start leave(bm_signal *f, double d, int p, int sign) {
   return sign * c[p] > against + noise[p] ? INWARD : UNDECIDED;
 }
 
+/* Place in [0, 1] of the extremum of a cubic whose slopes at both ends differ
+ * in sign. */
+static double extremum(const double *b) {
+  double first = b[1] - b[0], last = b[3] - b[2], middle = b[2] - b[1];
+  double square = first - 2.0 * middle + last, linear = 2.0 * (middle - first);
+  double root = sqrt(fmax(linear * linear - 4.0 * square * first, 0.0));
+  double q = -0.5 * (linear + (linear < 0.0 ? -root : root));
+  double x = q != 0.0 ? first / q : 0.5;
+  if (!(x >= 0.0 && x <= 1.0)) {
+    x = q / square;
+  }
+  return x >= 0.0 && x <= 1.0 ? x : 0.5;
+}
+
 /* An extremum inside a cleared cell: how near did the cubic come to lo, hi? */
 static void note_margin(bm_exit *out, const double *b, double lo, double hi,
-                        double tau) {
+                        double d) {
   int dips = b[1] < b[0] && b[2] < b[3], peaks = b[1] > b[0] && b[2] > b[3];
-  double gap = dips ? least(b) - lo : peaks ? hi - most(b) : HUGE_VAL;
+  if (!dips && !peaks) {
+    return;
+  }
+  double nearest = dips ? least(b) - lo : hi - most(b);
+  if (nearest >= out->margin) {
+    return;
+  }
+  double x = extremum(b), y = 1.0 - x;
+  double value = y * y * (y * b[0] + 3.0 * x * b[1]) +
+                 x * x * (3.0 * y * b[2] + x * b[3]);
+  double gap = fmax(dips ? value - lo : hi - value, 0.0);
   if (gap < out->margin) {
     out->margin = gap;
-    out->margin_tau = tau;
+    out->margin_tau = out->tau + x * d;
   }
 }
 
+/* Whether the whole cell lies within rounding of `at`: no halving can decide
+ * more there. */
+static int hugs(const double *b, double at, double error, double noise) {
+  double reach = error + 2.0 * noise;
+  return error <= noise && most(b) - at <= reach && at - least(b) <= reach;
+}
+
 /* First cells: shrink until the start is left inward for certain. Returns the
- * level, or -1 with `out` filled when f goes outward at once. */
+ * level, or -1 with `out` filled when f goes outward at once or never. */
 static int first_level(bm_signal *f, double lo, double hi, double limit,
                        int multiplicity, int side, bm_exit *out) {
   int level = 0;
@@ -276,15 +309,12 @@ static int first_level(bm_signal *f, double lo, double hi, double limit,
   }
   for (; level < BM_LEVELS; level++) {
     double d = ldexp(f->base, -level);
-    bm_start way = leave(f, d, multiplicity, -side);
+    int order = multiplicity;
+    bm_start way = leave(f, d, &order, -side);
+    out->multiple |= order > multiplicity;
     if (way == FLAT) {
-      out->multiple = 1;
-      multiplicity++;
-      level--;
-      if (multiplicity > 8) {
-        return BM_LEVELS - 1;
-      }
-      continue;
+      out->tau = limit;
+      return -1;
     }
     if (way == OUTWARD) {
       out->tau = 0.0;
@@ -323,8 +353,11 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
     bernstein(left, right, b);
     error_of(f, level, &error, &noise);
     double reach = error + noise;
+    if (!isfinite(reach)) {
+      break; /* the state is not finite: the caller will see */
+    }
     if (least(b) - reach > lo && most(b) + reach < hi) {
-      note_margin(&out, b, lo, hi, out.tau);
+      note_margin(&out, b, lo, hi, d);
       step(f);
       out.tau += d;
       level -= level > 0 && error < 0.02 * (least(b) - lo) &&
@@ -333,8 +366,10 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
     }
     int trend = monotone(b, error, noise);
     int down = trend < 0 && right.value <= lo, up = trend > 0 && right.value >= hi;
-    if (down || up || level == BM_LEVELS - 1) {
-      int leaves = down || up || right.value <= lo || right.value >= hi;
+    int flat = hugs(b, lo, error, noise) || hugs(b, hi, error, noise);
+    if (down || up || flat || level == BM_LEVELS - 1) {
+      int leaves = down || up ||
+                   (!flat && (right.value <= lo || right.value >= hi));
       if (leaves) {
         out.side = down || right.value <= lo ? -1 : 1;
         out.tau += polish(f, level, out.side < 0 ? lo : hi, out.side < 0);
@@ -342,7 +377,6 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
         break;
       }
       /* a touch that working precision cannot tell from an exit */
-      note_margin(&out, b, lo, hi, out.tau);
       if (out.margin > 0.0) {
         out.margin = 0.0;
         out.margin_tau = out.tau;
