@@ -27,6 +27,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from beltsim import _event_map
 from beltsim.checks import FloatArray
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
@@ -56,11 +57,21 @@ class Flow:
 
     @cached_property
     def packed(self) -> FloatArray:
-        """All arrays in the order in which the C map reads them."""
+        """All arrays in the order in which the C map reads them, and its tables."""
         split = (self.exponents, self.V.T, self.W.T, self.P)
         parts = [part for array in split for part in (array.real.ravel(), array.imag.ravel())]
-        tail = [self.X_c, self.row, self.D.real, self.D.imag, [self.d_c]]
-        return np.concatenate([*parts, *tail])
+        parts += [self.X_c, self.row, self.D.real, self.D.imag, np.array([self.d_c])]
+        sizes = (self.N, self.m, len(self.P) - 1)
+        inputs, reals = _event_map.flow_reals(*sizes)
+        packed = np.empty(reals)
+        packed[:inputs] = np.concatenate(parts)
+        _event_map.prepare(*sizes, self.Omega, packed)
+        return packed
+
+    @cached_property
+    def fastest(self) -> float:
+        """Largest modulus of an exponent."""
+        return float(np.abs(self.exponents).max(initial=0.0))
 
     @property
     def N(self) -> int:

@@ -104,8 +104,7 @@ def walk(
 
 def _event_limit(flows: Flows) -> float:
     """More events per period than a system with these exponents can have."""
-    fastest = np.abs(flows.free.exponents).max(initial=0.0)
-    return float(20.0 + 8.0 * fastest / flows.free.Omega)
+    return 20.0 + 8.0 * flows.free.fastest / flows.free.Omega
 
 
 def _raise(

@@ -10,10 +10,11 @@ typedef struct {
   const bm_flow *flow;
   bm_signal signal;
   double *ar, *ai;      /* amplitudes at the start of the phase (m)          */
-  double *gr, *gi;      /* signal per unit amplitude (m)                     */
-  double *sr, *si;      /* signal of the forced response (H + 1)             */
+  const double *gr, *gi; /* signal per unit amplitude (m)                    */
+  const double *sr, *si; /* signal of the forced response (H + 1)            */
   double s_c;           /* signal per unit constant load                     */
-  double *memory;       /* the one block behind all of the above             */
+  double *rest;         /* scratch (N)                                       */
+  double *memory;       /* the one block behind what is written              */
 } bm_watch;
 
 int bm_watch_create(bm_watch *watch, const bm_flow *flow);

@@ -11,122 +11,161 @@
  */
 #include "signal.h"
 
+#include "clones.h"
+
 #include <float.h>
 #include <math.h>
+#include <string.h>
 
 /* Terms of a Taylor series, enough for |lambda| d <= SERIES_REACH. */
 #define TAYLOR_TERMS 32
 #define SERIES_REACH 1.0
 
 typedef struct {
-  double value, slope; /* at one end of a cell, slope times cell length */
+  double value, slope; /* at one end of a cell */
 } bm_end;
 
-void bm_signal_tabulate(bm_signal *f) {
-  double d = f->base, fastest = 0.0;
-  for (int k = 0; k < f->K; k++) {
-    fastest = fmax(fastest, hypot(f->lr[k], f->li[k]));
+typedef struct {
+  int terms;           /* until double precision is reached */
+  double c[TAYLOR_TERMS], noise[TAYLOR_TERMS]; /* and their rounding */
+} bm_taylor;
+
+int bm_signal_series_level(int K, double base, const double *lr,
+                           const double *li) {
+  double fastest = 0.0;
+  int level = 0;
+  for (int k = 0; k < K; k++) {
+    fastest = fmax(fastest, hypot(lr[k], li[k]));
   }
-  f->series_level = 0;
-  while (f->series_level < BM_LEVELS - 1 &&
-         fastest * ldexp(d, -f->series_level) > SERIES_REACH) {
-    f->series_level++;
+  while (level < BM_LEVELS - 1 && fastest * ldexp(base, -level) > SERIES_REACH) {
+    level++;
   }
+  return level;
+}
+
+void bm_signal_tabulate(int K, double base, const double *lr, const double *li,
+                        double *er, double *ei, double *bound) {
+  double d = base;
   for (int level = 0; level < BM_LEVELS; level++, d *= 0.5) {
-    double *er = f->er + level * f->K, *ei = f->ei + level * f->K;
-    double *bound = f->bound + level * f->K;
-    for (int k = 0; k < f->K; k++) {
-      double growth = exp(f->lr[k] * d);
-      double size2 = f->lr[k] * f->lr[k] + f->li[k] * f->li[k];
-      double step = size2 * d * d;
-      er[k] = growth * cos(f->li[k] * d);
-      ei[k] = growth * sin(f->li[k] * d);
-      bound[k] = step * step / 384.0 * (growth > 1.0 ? growth : 1.0);
+    for (int k = 0; k < K; k++) {
+      double growth = exp(lr[k] * d);
+      double step = (lr[k] * lr[k] + li[k] * li[k]) * d * d;
+      *er++ = growth * cos(li[k] * d);
+      *ei++ = growth * sin(li[k] * d);
+      *bound++ = step * step / 384.0 * (growth > 1.0 ? growth : 1.0);
     }
   }
 }
 
-/* Value and slope (times d) of sum_k (xr + i xi)_k. */
-static bm_end end_of(const bm_signal *f, const double *xr, const double *xi,
-                     double d) {
+/* Value and slope of sum_k (xr + i xi)_k. Four sums side by side:
+ * the same bits whatever the width of the vectors. */
+BM_CLONES static void end_sums(int K, const double *restrict lr,
+                               const double *restrict li,
+                               const double *restrict xr,
+                               const double *restrict xi, double *sums) {
   double value[4] = {0.0}, slope[4] = {0.0};
-  for (int k = 0; k < f->K; k += 4) {
+  for (int k = 0; k < K; k += 4) {
     for (int l = 0; l < 4; l++) {
       value[l] += xr[k + l];
-      slope[l] += f->lr[k + l] * xr[k + l] - f->li[k + l] * xi[k + l];
+      slope[l] += lr[k + l] * xr[k + l] - li[k + l] * xi[k + l];
     }
   }
-  bm_end end;
-  end.value = f->offset + ((value[0] + value[1]) + (value[2] + value[3]));
-  end.slope = d * ((slope[0] + slope[1]) + (slope[2] + slope[3]));
+  sums[0] = (value[0] + value[1]) + (value[2] + value[3]);
+  sums[1] = (slope[0] + slope[1]) + (slope[2] + slope[3]);
+}
+
+static bm_end end_of(const bm_signal *f, const double *xr, const double *xi) {
+  double sums[2];
+  end_sums(f->K, f->lr, f->li, xr, xi, sums);
+  bm_end end = {f->offset + sums[0], sums[1]};
   return end;
 }
 
 /* Hermite error of the cell, and the rounding noise of a value in it. */
-static void error_of(const bm_signal *f, int level, double *error,
-                     double *noise) {
-  const double *bound = f->bound + level * f->K;
+BM_CLONES static void error_sums(int K, const double *restrict wr,
+                                 const double *restrict wi,
+                                 const double *restrict bound, double *sums) {
   double sum[4] = {0.0}, size[4] = {0.0};
-  for (int k = 0; k < f->K; k += 4) {
+  for (int k = 0; k < K; k += 4) {
     for (int l = 0; l < 4; l++) {
-      double w = fabs(f->wr[k + l]) + fabs(f->wi[k + l]);
+      double w = fabs(wr[k + l]) + fabs(wi[k + l]);
       sum[l] += w * bound[k + l];
       size[l] += w;
     }
   }
-  *error = (sum[0] + sum[1]) + (sum[2] + sum[3]);
-  *noise = 4.0 * DBL_EPSILON *
-           (fabs(f->offset) + (size[0] + size[1]) + (size[2] + size[3]));
+  sums[0] = (sum[0] + sum[1]) + (sum[2] + sum[3]);
+  sums[1] = (size[0] + size[1]) + (size[2] + size[3]);
+}
+
+static void error_of(const bm_signal *f, int level, double *error,
+                     double *noise) {
+  double sums[2];
+  error_sums(f->K, f->wr, f->wi, f->bound + level * f->K, sums);
+  *error = sums[0];
+  *noise = 4.0 * DBL_EPSILON * (fabs(f->offset) + sums[1]);
+}
+
+BM_CLONES static void turn(int K, const double *restrict wr,
+                           const double *restrict wi, const double *restrict er,
+                           const double *restrict ei, double *restrict xr,
+                           double *restrict xi) {
+  for (int k = 0; k < K; k++) {
+    xr[k] = wr[k] * er[k] - wi[k] * ei[k];
+    xi[k] = wr[k] * ei[k] + wi[k] * er[k];
+  }
 }
 
 static void advance_to(const bm_signal *f, int level, double *xr, double *xi) {
-  const double *er = f->er + level * f->K, *ei = f->ei + level * f->K;
-  for (int k = 0; k < f->K; k++) {
-    xr[k] = f->wr[k] * er[k] - f->wi[k] * ei[k];
-    xi[k] = f->wr[k] * ei[k] + f->wi[k] * er[k];
-  }
+  turn(f->K, f->wr, f->wi, f->er + level * f->K, f->ei + level * f->K, xr, xi);
 }
 
 /* Sums the terms p, then multiplies each by scale lambda: the next derivative. */
-static void derive(int K, double scale, const double *restrict lr,
-                   const double *restrict li, double *restrict pr,
-                   double *restrict pi, double *sum, double *size) {
-  double part0 = 0.0, part1 = 0.0, mass0 = 0.0, mass1 = 0.0;
-  for (int k = 0; k < K; k += 2) {
-    part0 += pr[k];
-    part1 += pr[k + 1];
-    mass0 += fabs(pr[k]) + fabs(pi[k]);
-    mass1 += fabs(pr[k + 1]) + fabs(pi[k + 1]);
-  }
-  for (int k = 0; k < K; k++) {
-    double r = pr[k], i = pi[k];
-    pr[k] = scale * (lr[k] * r - li[k] * i);
-    pi[k] = scale * (lr[k] * i + li[k] * r);
-  }
-  *sum = part0 + part1;
-  *size = mass0 + mass1;
-}
-
-/* Taylor coefficients of f at the cell start in units of d, and their rounding
- * noise; returns how many reach double precision. */
-static int taylor(bm_signal *f, double d, double *c, double *noise) {
-  double first = 0.0;
-  for (int k = 0; k < f->K; k++) {
-    f->pr[k] = f->wr[k];
-    f->pi[k] = f->wi[k];
-  }
-  for (int j = 0; j < TAYLOR_TERMS; j++) {
-    double size;
-    derive(f->K, d / (j + 1), f->lr, f->li, f->pr, f->pi, &c[j], &size);
-    noise[j] = 4.0 * DBL_EPSILON * size;
-    if (j == 0) {
-      first = fabs(f->offset) + size;
-      c[0] += f->offset;
-    } else if (j > 4 && size <= 0.01 * DBL_EPSILON * first) {
-      return j + 1;
+BM_CLONES static void derive(int K, double scale, const double *restrict lr,
+                             const double *restrict li, double *restrict pr,
+                             double *restrict pi, double *restrict sums) {
+  double part[4] = {0.0}, mass[4] = {0.0};
+  for (int k = 0; k < K; k += 4) {
+    for (int l = 0; l < 4; l++) {
+      double r = pr[k + l], i = pi[k + l];
+      part[l] += r;
+      mass[l] += fabs(r) + fabs(i);
+      pr[k + l] = scale * (lr[k + l] * r - li[k + l] * i);
+      pi[k + l] = scale * (lr[k + l] * i + li[k + l] * r);
     }
   }
-  return TAYLOR_TERMS;
+  sums[0] = (part[0] + part[1]) + (part[2] + part[3]);
+  sums[1] = (mass[0] + mass[1]) + (mass[2] + mass[3]);
+}
+
+/* Taylor coefficients of f at the cell start in units of d. */
+static bm_taylor taylor(bm_signal *f, double d) {
+  bm_taylor t;
+  double first = 0.0, sums[2];
+  memcpy(f->pr, f->wr, (size_t)f->K * sizeof(double));
+  memcpy(f->pi, f->wi, (size_t)f->K * sizeof(double));
+  for (int j = 0; j < TAYLOR_TERMS; j++) {
+    derive(f->K, d / (j + 1), f->lr, f->li, f->pr, f->pi, sums);
+    t.c[j] = sums[0];
+    t.noise[j] = 4.0 * DBL_EPSILON * sums[1];
+    if (j == 0) {
+      first = fabs(f->offset) + sums[1];
+      t.c[0] += f->offset;
+    } else if (j > 4 && sums[1] <= 0.01 * DBL_EPSILON * first) {
+      t.terms = j + 1;
+      return t;
+    }
+  }
+  t.terms = TAYLOR_TERMS;
+  return t;
+}
+
+/* The same coefficients in units of half the length. */
+static void halve(bm_taylor *t) {
+  double scale = 1.0;
+  for (int j = 0; j < t->terms; j++, scale *= 0.5) {
+    t->c[j] *= scale;
+    t->noise[j] *= scale;
+  }
 }
 
 static double polynomial(const double *c, int terms, double x, double *slope) {
@@ -153,27 +192,26 @@ static void step(bm_signal *f) {
  * its time after the cell start. Halves the cell by the tables until the Taylor
  * series is short, then solves that. */
 static double polish(bm_signal *f, int level, double value, int falling) {
-  double c[TAYLOR_TERMS], noise[TAYLOR_TERMS], low = 0.0, high = 1.0, slope;
-  double start = 0.0;
+  double low = 0.0, high = 1.0, slope, start = 0.0;
   while (level < f->series_level + 1 && level < BM_LEVELS - 1) {
     level++;
     advance_to(f, level, f->pr, f->pi);
-    double middle = end_of(f, f->pr, f->pi, 1.0).value - value;
+    double middle = end_of(f, f->pr, f->pi).value - value;
     if (falling ? middle > 0.0 : middle < 0.0) {
       step(f);
       start += ldexp(f->base, -level);
     }
   }
   double d = ldexp(f->base, -level);
-  int terms = taylor(f, d, c, noise);
-  c[0] -= value;
-  double at_low = polynomial(c, terms, low, &slope);
-  double x = at_low / (at_low - polynomial(c, terms, high, &slope));
+  bm_taylor t = taylor(f, d);
+  t.c[0] -= value;
+  double at_low = polynomial(t.c, t.terms, low, &slope);
+  double x = at_low / (at_low - polynomial(t.c, t.terms, high, &slope));
   if (!(x > 0.0 && x < 1.0)) {
     x = 0.5;
   }
   for (int i = 0; i < 100; i++) {
-    double found = polynomial(c, terms, x, &slope);
+    double found = polynomial(t.c, t.terms, x, &slope);
     if (falling ? found > 0.0 : found < 0.0) {
       low = x;
     } else {
@@ -191,11 +229,11 @@ static double polish(bm_signal *f, int level, double value, int falling) {
   return start + d * x;
 }
 
-/* Bernstein coefficients of the Hermite cubic. */
-static void bernstein(bm_end left, bm_end right, double *b) {
+/* Bernstein coefficients of the Hermite cubic on a cell of length d. */
+static void bernstein(bm_end left, bm_end right, double d, double *b) {
   b[0] = left.value;
-  b[1] = left.value + left.slope / 3.0;
-  b[2] = right.value - right.slope / 3.0;
+  b[1] = left.value + d * left.slope / 3.0;
+  b[2] = right.value - d * right.slope / 3.0;
   b[3] = right.value;
 }
 
@@ -231,20 +269,21 @@ typedef enum { INWARD = 1, UNDECIDED = 0, OUTWARD = -1, FLAT = 2 } bm_start;
  * inward (sign) when f = at + sign tau^p g with g > 0 on the whole cell. The
  * Taylor series gives g without cancellation. Coefficients within rounding of
  * zero raise the order; when all are, f stays where it is: FLAT. */
-static bm_start leave(bm_signal *f, double d, int *order, int sign) {
-  double c[TAYLOR_TERMS], noise[TAYLOR_TERMS], against = 0.0;
-  int terms = taylor(f, d, c, noise), p = *order;
-  while (p < terms && fabs(c[p]) <= noise[p]) {
+static bm_start leave(const bm_taylor *t, int *order, int sign) {
+  const double *c = t->c, *noise = t->noise;
+  double against = 0.0;
+  int p = *order;
+  while (p < t->terms && fabs(c[p]) <= noise[p]) {
     p++;
   }
-  if (p >= terms) {
+  if (p >= t->terms) {
     return FLAT;
   }
   *order = p;
   if (sign * c[p] < 0.0) {
     return OUTWARD;
   }
-  for (int j = p + 1; j < terms; j++) {
+  for (int j = p + 1; j < t->terms; j++) {
     against += sign * c[j] < 0.0 ? fabs(c[j]) + noise[j] : noise[j];
   }
   return sign * c[p] > against + noise[p] ? INWARD : UNDECIDED;
@@ -307,10 +346,11 @@ static int first_level(bm_signal *f, double lo, double hi, double limit,
   if (level < f->series_level) {
     level = f->series_level;
   }
-  for (; level < BM_LEVELS; level++) {
+  bm_taylor t = taylor(f, ldexp(f->base, -level));
+  for (; level < BM_LEVELS; level++, halve(&t)) {
     double d = ldexp(f->base, -level);
     int order = multiplicity;
-    bm_start way = leave(f, d, &order, -side);
+    bm_start way = leave(&t, &order, -side);
     out->multiple |= order > multiplicity;
     if (way == FLAT) {
       out->tau = limit;
@@ -323,9 +363,9 @@ static int first_level(bm_signal *f, double lo, double hi, double limit,
     }
     if (way == INWARD) {
       double b[4];
-      bm_end left = end_of(f, f->wr, f->wi, d);
+      bm_end left = end_of(f, f->wr, f->wi);
       advance_to(f, level, f->pr, f->pi);
-      bernstein(left, end_of(f, f->pr, f->pi, d), b);
+      bernstein(left, end_of(f, f->pr, f->pi), d, b);
       error_of(f, level, &error, &noise);
       double reach = error + noise;
       if (side < 0 ? most(b) + reach < other : least(b) - reach > other) {
@@ -345,12 +385,12 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
   if (level < 0) {
     return out;
   }
+  bm_end left = end_of(f, f->wr, f->wi);
   while (out.tau < limit) {
     double d = ldexp(f->base, -level), b[4], error, noise;
-    bm_end left = end_of(f, f->wr, f->wi, d);
     advance_to(f, level, f->pr, f->pi);
-    bm_end right = end_of(f, f->pr, f->pi, d);
-    bernstein(left, right, b);
+    bm_end right = end_of(f, f->pr, f->pi);
+    bernstein(left, right, d, b);
     error_of(f, level, &error, &noise);
     double reach = error + noise;
     if (!isfinite(reach)) {
@@ -359,6 +399,7 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
     if (least(b) - reach > lo && most(b) + reach < hi) {
       note_margin(&out, b, lo, hi, d);
       step(f);
+      left = right;
       out.tau += d;
       level -= level > 0 && error < 0.02 * (least(b) - lo) &&
                error < 0.02 * (hi - most(b));
@@ -382,6 +423,7 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
         out.margin_tau = out.tau;
       }
       step(f);
+      left = right;
       out.tau += d;
       continue;
     }

@@ -11,11 +11,11 @@ typedef struct {
   double base;        /* length of a cell at level 0                         */
   double offset;
   int series_level;   /* first level whose cells suit the Taylor series      */
-  double *lr, *li;    /* exponents (K)                                       */
+  const double *lr, *li; /* exponents (K)                                    */
+  const double *er, *ei; /* exp(lambda base 2^-level), (BM_LEVELS, K)        */
+  const double *bound;   /* factor of |w_k| in the Hermite error, likewise   */
   double *wr, *wi;    /* coefficients at the start of the present cell (K)   */
   double *pr, *pi;    /* scratch (K)                                         */
-  double *er, *ei;    /* exp(lambda base 2^-level), (BM_LEVELS, K)           */
-  double *bound;      /* factor of |w_k| in the Hermite error (BM_LEVELS, K) */
 } bm_signal;
 
 typedef struct {
@@ -26,8 +26,13 @@ typedef struct {
   double margin_tau;  /* and its time                                        */
 } bm_exit;
 
-/* Tabulates exponentials and error factors for the exponents already set. */
-void bm_signal_tabulate(bm_signal *f);
+/* Fills er, ei and bound, (BM_LEVELS, K) each, for the exponents lr, li (K). */
+void bm_signal_tabulate(int K, double base, const double *lr, const double *li,
+                        double *er, double *ei, double *bound);
+
+/* First level whose cells suit the Taylor series. */
+int bm_signal_series_level(int K, double base, const double *lr,
+                           const double *li);
 
 /* First tau in (0, limit] at which f leaves (lo, hi). `multiplicity` is the
  * order of the zero of f - lo (`side` -1) or f - hi (`side` +1) at tau = 0. */

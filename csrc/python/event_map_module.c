@@ -145,7 +145,50 @@ static PyObject *propagate(PyObject *self, PyObject *args) {
   return Py_BuildValue("iL", (int)status, (long long)events.count);
 }
 
+/* flow_reals(N, m, H) -> (inputs, reals): sizes of a packed flow */
+static PyObject *flow_reals(PyObject *self, PyObject *args) {
+  (void)self;
+  int N, m, H;
+  if (!PyArg_ParseTuple(args, "iii", &N, &m, &H)) {
+    return NULL;
+  }
+  if (N < 0 || N > 2 * MOST_COORDINATES || m < 0 || m > N || H < 0 ||
+      H > MOST_COORDINATES) {
+    return PyErr_Format(PyExc_ValueError, "sizes out of range: N %d, m %d, H %d",
+                        N, m, H);
+  }
+  return Py_BuildValue("LL", (long long)bm_flow_inputs(N, m, H),
+                       (long long)bm_flow_reals(N, m, H));
+}
+
+/* prepare(N, m, H, Omega, packed): fills the tables of a packed flow */
+static PyObject *prepare(PyObject *self, PyObject *args) {
+  (void)self;
+  int N, m, H;
+  double Omega;
+  PyObject *object;
+  Py_buffer view;
+  if (!PyArg_ParseTuple(args, "iiidO", &N, &m, &H, &Omega, &object)) {
+    return NULL;
+  }
+  if (N < 0 || N > 2 * MOST_COORDINATES || m < 0 || m > N || H < 0 ||
+      H > MOST_COORDINATES || !(Omega > 0.0)) {
+    return PyErr_Format(PyExc_ValueError,
+                        "out of range: N %d, m %d, H %d or Omega", N, m, H);
+  }
+  Py_ssize_t least = (Py_ssize_t)bm_flow_reals(N, m, H);
+  double *packed = buffer_of(object, "packed", "d", 1, least, &view);
+  if (!packed) {
+    return NULL;
+  }
+  bm_flow_prepare(packed, N, m, H, Omega);
+  PyBuffer_Release(&view);
+  Py_RETURN_NONE;
+}
+
 static PyMethodDef methods[] = {
+    {"flow_reals", flow_reals, METH_VARARGS, "Sizes of a packed flow."},
+    {"prepare", prepare, METH_VARARGS, "Fills the tables of a packed flow."},
     {"propagate", propagate, METH_VARARGS,
      "Runs the exact map until the end, or until the event buffer is full."},
     {NULL, NULL, 0, NULL}};

@@ -46,6 +46,7 @@ typedef struct {
   const double *row;           /* signal row (N)                             */
   const double *D_re, *D_im;   /* direct part of the signal (H + 1)          */
   double d_c;                  /* direct part of the constant load           */
+  const double *tables;        /* what bm_flow_prepare derives from the rest */
 } bm_flow;
 
 /* A run: what is solved, and where it stands. Time is counted in whole
@@ -94,10 +95,15 @@ typedef struct {
   double *reals;           /* (capacity, BM_EVENT_REALS + 2n)                */
 } bm_events;
 
-/* Reals in a packed flow: the arrays of bm_flow one after the other, then d_c. */
+/* Reals in a packed flow: the arrays of bm_flow one after the other, then d_c;
+ * that many are the caller's. Then room for the tables: `reals` in all. */
+int64_t bm_flow_inputs(int N, int m, int H);
 int64_t bm_flow_reals(int N, int m, int H);
 
-/* Points `flow` into a packed flow of that size. */
+/* Fills the tables of a packed flow whose inputs are set. */
+void bm_flow_prepare(double *packed, int N, int m, int H, double Omega);
+
+/* Points `flow` into a prepared flow of that size. */
 void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
                     double Omega);
 

@@ -20,24 +20,28 @@ static bm_signal signal_of(double base, double offset, int count,
   bm_signal f;
   double *next = memory;
   memset(memory, 0, sizeof memory);
-  double **parts[] = {&f.lr, &f.li, &f.wr, &f.wi, &f.pr, &f.pi};
-  for (int i = 0; i < 6; i++, next += SIZE) {
-    *parts[i] = next;
-  }
-  double **tables[] = {&f.er, &f.ei, &f.bound};
-  for (int i = 0; i < 3; i++, next += BM_LEVELS * SIZE) {
-    *tables[i] = next;
-  }
+  double *lr = next, *li = lr + SIZE, *er = li + 5 * SIZE;
+  double *ei = er + BM_LEVELS * SIZE, *bound = ei + BM_LEVELS * SIZE;
+  f.wr = li + SIZE;
+  f.wi = f.wr + SIZE;
+  f.pr = f.wi + SIZE;
+  f.pi = f.pr + SIZE;
   f.K = SIZE;
   f.base = base;
   f.offset = offset;
   for (int k = 0; k < count; k++) {
-    f.lr[k] = terms[k].rate;
-    f.li[k] = terms[k].w;
+    lr[k] = terms[k].rate;
+    li[k] = terms[k].w;
     f.wr[k] = terms[k].amplitude * cos(terms[k].phase);
     f.wi[k] = terms[k].amplitude * sin(terms[k].phase);
   }
-  bm_signal_tabulate(&f);
+  f.series_level = bm_signal_series_level(SIZE, base, lr, li);
+  bm_signal_tabulate(SIZE, base, lr, li, er, ei, bound);
+  f.lr = lr;
+  f.li = li;
+  f.er = er;
+  f.ei = ei;
+  f.bound = bound;
   return f;
 }
 
