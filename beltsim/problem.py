@@ -168,13 +168,16 @@ class FrictionProblem:
         object.__setattr__(self, "labels", tuple(labels))
         object.__setattr__(self, "observables", tuple(self.observables))
         object.__setattr__(self, "warnings", tuple(self.warnings))
-        # What a solver derives from the linear part alone; `with_friction` passes it on.
-        object.__setattr__(self, "shared", {})
 
     @property
     def n(self) -> int:
         """Number of coordinates, the joint included."""
         return len(self.M)
+
+    @cached_property
+    def shared(self) -> dict[str, Any]:
+        """What solvers derive from the linear part alone; `with_friction` passes it on."""
+        return {}
 
     @property
     def period(self) -> float:
@@ -231,6 +234,7 @@ class FrictionProblem:
         _require_law(friction)
         if self.joint is None:
             raise InvalidProblemError(Mistake("joint", None, "an index, to carry friction"))
+        _ = self.shared  # made before it is passed on
         changed = object.__new__(FrictionProblem)
         changed.__dict__.update(self.__dict__, friction=friction)
         return changed

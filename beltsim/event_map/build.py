@@ -5,12 +5,10 @@ Depends on: flows, series, walk, settings, response.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from beltsim.checks import FloatArray
-from beltsim.event_map.flows import flows_of
+from beltsim.event_map.flows import ComplexArray, flows_of
 from beltsim.event_map.series import Piece, pieces
 from beltsim.event_map.walk import (
     KIND,
@@ -116,37 +114,46 @@ def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> N
     )
 
 
-def window_of(problem: FrictionProblem, found: list[Piece]) -> Window:
-    """The window that `found` covers, with its work and losses in closed form."""
+def window_of(problem: FrictionProblem, found: list[Piece], symmetric: bool = False) -> Window:
+    """The window that `found` covers, with its work and losses in closed form.
+
+    `symmetric`: `found` is the first half of a motion that repeats with the opposite sign.
+    """
     n, F = problem.n, problem.forcing.coefficients
-    work = loss = 0.0
-    rubbed: float | None = 0.0 if isinstance(problem.friction, SaturatedCoulomb) else None
+    work = loss = rubbed = 0.0
+    saturated = isinstance(problem.friction, SaturatedCoulomb)
     for piece in found:
-        velocity = piece.Z[n:]
-        plain, mixed = piece.products()
-        force = np.zeros_like(velocity)
-        turns = np.exp(1j * problem.forcing.Omega * piece.start * np.arange(len(F)))
-        force[:, -len(F) :] = F.T * turns
-        work += 0.5 * float(_pair(force, velocity, plain, mixed))
-        loss += 0.5 * float(_pair(problem.C @ velocity, velocity, plain, mixed))
-        if rubbed is not None:
-            joint_velocity = velocity[[problem.joint or 0]]
-            rubbed += 0.5 * float(_pair(piece.torque[None], joint_velocity, plain, mixed))
+        work += _forcing_work(problem, F, piece)
+        loss += piece.quadratic(problem.C, n)
+        if saturated:
+            rubbed += piece.rubbing(n + (problem.joint or 0))
     first, last = found[0], found[-1]
+    start_state = first.at(np.zeros(1))[0]
+    end, end_state = last.start + last.length, last.at(np.array([last.length]))[0]
+    times = 1.0
+    if symmetric:
+        times, end, end_state = 2.0, first.start + 2.0 * (end - first.start), -end_state
     return Window(
         start=first.start,
-        end=last.start + last.length,
-        start_state=first.at(np.zeros(1))[0],
-        end_state=last.at(np.array([last.length]))[0],
-        forcing_work=work,
-        viscous_loss=loss,
-        friction_loss=rubbed,
+        end=end,
+        start_state=start_state,
+        end_state=end_state,
+        forcing_work=times * work,
+        viscous_loss=times * loss,
+        friction_loss=times * rubbed if saturated else None,
     )
 
 
-def _pair(a: Any, b: Any, plain: Any, mixed: Any) -> Any:
-    """Twice the integral of Re(a e) . Re(b e) over a phase, summed over the rows."""
-    return np.sum((a @ plain) * b).real + np.sum((a @ mixed) * b.conj()).real
+def _forcing_work(problem: FrictionProblem, F: ComplexArray, piece: Piece) -> float:
+    """Integral of f.q_dot over a phase: q at its ends, less the integral of f_dot.q."""
+    n, w = problem.n, problem.forcing.Omega * np.arange(len(F))
+    ends = np.array([piece.start, piece.start + piece.length])
+    force = (np.exp(1j * np.multiply.outer(ends, w)) @ F).real
+    q = piece.at(ends - piece.start)[:, :n]
+    # f_dot = Re sum i w F exp(i w t), and the conjugate of exp(i w t) is in the Fourier integral
+    series = piece.fourier(n, len(F))[:, :n]
+    moving = float(np.sum(1j * w[:, None] * F * series.conj()).real)
+    return float(force[1] @ q[1] - force[0] @ q[0]) - moving
 
 
 def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[Piece]:

@@ -36,6 +36,89 @@ ComplexArray = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
+class Basis:
+    """Amplitudes as reals: `into` (2m, N) makes them, real parts first, `out` (N, 2m) undoes it."""
+
+    exponents: ComplexArray
+    into: FloatArray
+    out: FloatArray
+
+    def moved(self, S: FloatArray, tau: float) -> FloatArray:
+        """Amplitudes `S` (2m, k) a time `tau` later."""
+        m = len(self.exponents)
+        turn = np.exp(self.exponents * tau)
+        real, imag = turn.real[:, None], turn.imag[:, None]
+        after = np.empty_like(S)
+        np.subtract(real * S[:m], imag * S[m:], out=after[:m])
+        np.add(real * S[m:], imag * S[:m], out=after[m:])
+        return after
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Integrals of exponentials: `mu` (L,) are modes first, then harmonics of `Omega` from 0."""
+
+    mu: ComplexArray
+    Omega: float
+
+    def products(self, d: float) -> tuple[ComplexArray, ComplexArray]:
+        """Integrals over (0, d) of exp((mu_i + mu_j) t) and exp((mu_i + conj mu_j) t), (L, L)."""
+        e = np.exp(self.mu * d)
+        return self._plain.integral(np.multiply.outer(e, e), d), self._mixed.integral(
+            np.multiply.outer(e, e.conj()), d
+        )
+
+    def harmonics(self, orders: int, d: float) -> tuple[ComplexArray, ComplexArray]:
+        """Integrals over (0, d) of exp((mu - ik Omega) t) and of its partner, (orders, L)."""
+        tables = self._harmonic_tables(orders)
+        e, turn = np.exp(self.mu * d), np.exp(-1j * self.Omega * d * np.arange(orders))
+        return tables[0].integral(np.multiply.outer(turn, e), d), tables[1].integral(
+            np.multiply.outer(turn, e.conj()), d
+        )
+
+    @cached_property
+    def _plain(self) -> _Rates:
+        return _Rates(self.mu[:, None] + self.mu)
+
+    @cached_property
+    def _mixed(self) -> _Rates:
+        return _Rates(self.mu[:, None] + self.mu.conj())
+
+    @cached_property
+    def _tables(self) -> dict[int, tuple[_Rates, _Rates]]:
+        return {}
+
+    def _harmonic_tables(self, orders: int) -> tuple[_Rates, _Rates]:
+        if orders not in self._tables:
+            w = 1j * self.Omega * np.arange(orders)[:, None]
+            self._tables[orders] = (_Rates(self.mu - w), _Rates(self.mu.conj() - w))
+        return self._tables[orders]
+
+
+class _Rates:
+    """Rates s with what (exp(s d) - 1)/s needs: their inverses, and which are small."""
+
+    def __init__(self, s: ComplexArray) -> None:
+        self.s, self.size = s, np.abs(s)
+        self.inverse = 1.0 / np.where(s == 0.0, 1.0, s)
+        self.order = np.argsort(self.size, axis=None)
+        self.sorted = self.size.ravel()[self.order]
+
+    def integral(self, grown: ComplexArray, d: float) -> ComplexArray:
+        """The integrals for `grown` = exp(s d); small s d would cancel and go by series."""
+        found: ComplexArray = (grown - 1.0) * self.inverse
+        count = int(np.searchsorted(self.sorted, 0.1 / d)) if d > 0.0 else found.size
+        if count:
+            few = self.order[:count]
+            z = self.s.ravel()[few] * d
+            series = np.ones_like(z)
+            for k in range(12, 1, -1):
+                series = 1.0 + z / k * series
+            found.ravel()[few] = d * series
+        return found
+
+
+@dataclass(frozen=True, eq=False)
 class Flow:
     """One linear flow of N reals with m amplitudes; see the module for the symbols.
 
@@ -67,6 +150,23 @@ class Flow:
         packed[:inputs] = np.concatenate(parts)
         _event_map.prepare(*sizes, self.Omega, packed)
         return packed
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The modes in real arithmetic."""
+        into = np.concatenate([self.W.real, self.W.imag])
+        return Basis(self.exponents, into, np.concatenate([self.V.real, -self.V.imag], axis=1))
+
+    @cached_property
+    def sums(self) -> Sums:
+        """Integrals of its modes and harmonics."""
+        harmonics = 1j * self.Omega * np.arange(len(self.P))
+        return Sums(np.concatenate([self.exponents, harmonics]), self.Omega)
+
+    def turns(self, t: float) -> ComplexArray:
+        """exp(i h Omega t) for each harmonic (H + 1,)."""
+        found: ComplexArray = np.exp(1j * self.Omega * t * np.arange(len(self.P)))
+        return found
 
     @cached_property
     def fastest(self) -> float:
@@ -171,6 +271,13 @@ def _flows(problem: FrictionProblem) -> Flows:
     return Flows(free, held, m_t, mass, push, np.concatenate([o, n + o]))
 
 
+def _modes(A: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    if not len(A):
+        return np.zeros(0, complex), np.zeros((0, 0), complex)
+    exponents, V = np.linalg.eig(A)
+    return exponents.astype(complex), V.astype(complex)
+
+
 def _flow(
     M: FloatArray,
     D: FloatArray,
@@ -189,8 +296,7 @@ def _flow(
     A[:n, n:] = np.eye(n)
     A[n:, :n] = -inverse @ K
     A[n:, n:] = -inverse @ D
-    exponents, V = np.linalg.eig(A) if n else (np.zeros(0), np.zeros((0, 0)))
-    exponents, V = exponents.astype(complex), V.astype(complex)
+    exponents, V = _modes(A)
     W = np.linalg.inv(V)
     condition = float(np.linalg.norm(V, 1) * np.linalg.norm(W, 1)) if n else 1.0
     keep = exponents.imag >= 0.0

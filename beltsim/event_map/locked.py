@@ -6,6 +6,7 @@ Depends on: flows, problem.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -70,7 +71,7 @@ def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
     slope = 1j * np.arange(len(c)) * c
     # z^H times the derivative is a polynomial in z = exp(i x) whose unit roots are the extrema
     polynomial = np.concatenate([slope[:0:-1], [0.0], slope[1:].conj()])
-    x: FloatArray = np.angle(np.roots(polynomial))
+    x: Any = np.angle(np.roots(polynomial))
     k = np.arange(len(c))
     for _ in range(3):  # Newton on the derivative: roots of a polynomial lose digits
         turns = np.exp(1j * np.multiply.outer(x, k))
@@ -84,6 +85,8 @@ def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
 
 def require_stable(problem: FrictionProblem) -> None:
     """Refuse a periodic orbit of an unstable linear part, and name the exponent."""
+    if problem.shared.get("event_map.stable"):
+        return
     flows = flows_of(problem)
     for name, flow in (("free", flows.free), ("held", flows.held)):
         if not len(flow.exponents):
@@ -96,3 +99,4 @@ def require_stable(problem: FrictionProblem) -> None:
                 "positive real part; no periodic orbit is sought. Check K and the damping"
             )
             raise NotPeriodicError(text)
+    problem.shared["event_map.stable"] = True

@@ -14,7 +14,7 @@ Depends on: build, jacobian, locked, settings, walk, response, problem.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +26,7 @@ from beltsim.event_map.flows import ComplexArray, flows_of
 from beltsim.event_map.jacobian import jacobian
 from beltsim.event_map.locked import at_rest, locked, require_stable
 from beltsim.event_map.propagate import checked_run, require_joint
-from beltsim.event_map.series import Piece
+from beltsim.event_map.series import Piece, pieces
 from beltsim.event_map.settings import Settings
 from beltsim.event_map.walk import MODES, Walk, walk
 from beltsim.friction import Coulomb, FrictionLaw
@@ -36,6 +36,8 @@ from beltsim.response import EventLog, Response, figures
 #: Periods followed before the first Newton step, and in all before the search is given up.
 _FIRST_PERIODS = 3
 _MOST_PERIODS = 4000
+#: Residual below which the derivative of the last step is good enough for the next.
+_CLOSE = 1e-5
 
 
 def periodic(
@@ -72,7 +74,7 @@ def periodic(
     >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
     >>> orbit = periodic(one)
     >>> orbit.events.kind.tolist(), orbit.periodic
-    (['slip-', 'stick', 'slip+', 'stick'], True)
+    (['stick', 'slip-', 'stick', 'slip+'], True)
     """
     settings = settings or Settings()
     require_joint(problem)
@@ -85,104 +87,122 @@ def periodic(
             return _resting(problem, rest, settings)
     failures = []
     for multiple in range(1, settings.max_multiple + 1):
-        search = _search(problem, state, multiple, settings)
+        search = _search(problem, state, multiple, settings, guess is not None)
         if search.residual <= settings.tolerance:
             return _orbit_response(problem, search, settings)
         failures.append(search)
     raise _failure(law, failures, settings)
 
 
-@dataclass
+@dataclass(frozen=True, eq=False)
 class _Search:
-    """Where a shooting search stands."""
+    """Where a shooting search stands: a state, its image one period later, and how they differ.
+
+    With `sign` -1 the period is half of the orbit's. `inverse` is (I - S)^-1 of an earlier state
+    nearby.
+    """
 
     problem: FrictionProblem
     periods: float
     sign: float
+    multiple: int
     state: FloatArray
     run: Walk
     residual: float
-    multiple: int
-    followed: float = 0.0
-    history: list[float] = field(default_factory=list)
+    followed: float
+    history: tuple[float, ...]
+    inverse: FloatArray | None = None
 
     @property
     def image(self) -> FloatArray:
+        """State after the period, as it would be compared with `state`."""
         return self.sign * self.run.final_state
 
     def derivative(self) -> FloatArray:
+        """Derivative (2n, 2n) of the image."""
         return self.sign * jacobian(self.problem, self.run)
+
+    def at(self, state: FloatArray, followed: float, inverse: FloatArray | None = None) -> _Search:
+        """The search at another state; `followed` more forcing periods were spent to get there."""
+        run = walk(self.problem, state, self.periods)
+        residual = _residual(self.problem, state, self.sign * run.final_state)
+        followed += self.followed + self.periods
+        history = (*self.history, residual)
+        return replace(
+            self,
+            state=state,
+            run=run,
+            residual=residual,
+            followed=followed,
+            history=history,
+            inverse=inverse,
+        )
+
+    def after(self, stretch: int) -> _Search:
+        """The search after following the motion itself over `stretch` of its periods."""
+        length = stretch * self.periods
+        state = walk(self.problem, self.state, length).final_state
+        return self.at(state * self.sign**stretch, length)
+
+
+def _residual(problem: FrictionProblem, state: FloatArray, image: FloatArray) -> float:
+    """Largest change of the state over its largest entry, velocities over Omega."""
+    weight = np.ones(2 * problem.n)
+    weight[problem.n :] /= problem.forcing.Omega
+    size = np.abs(image * weight).max()
+    gap = np.abs((image - state) * weight).max()
+    return float(gap / size) if size > 0.0 else float(gap)
 
 
 def _search(
-    problem: FrictionProblem, state: FloatArray, multiple: int, settings: Settings
+    problem: FrictionProblem, state: FloatArray, multiple: int, settings: Settings, warm: bool
 ) -> _Search:
     """Newton, with stretches of the motion itself wherever it does not converge."""
     half = multiple % 2 == 1 and half_wave(problem)
     periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
-    search = _follow(problem, state, periods, sign, _FIRST_PERIODS, multiple)
+    run = walk(problem, state, periods)
+    residual = _residual(problem, state, sign * run.final_state)
+    search = _Search(problem, periods, sign, multiple, state, run, residual, periods, (residual,))
+    if not warm and residual > settings.tolerance:
+        search = search.after(_FIRST_PERIODS)
     stretch = 4
     while search.residual > settings.tolerance and search.followed < _MOST_PERIODS:
         better = _newton(search)
-        if better is None or not better.residual < 0.9 * search.residual:
-            followed, history = search.followed, search.history
-            search = _follow(problem, search.state, periods, sign, stretch, multiple)
-            search.followed += followed
-            search.history = [*history, search.residual]
-            stretch = min(2 * stretch, 256)
-        else:
+        if better is not None and better.residual < 0.9 * search.residual:
             search = better
+        elif search.inverse is not None:
+            search = replace(search, inverse=None)
+        else:
+            search = search.after(stretch)
+            stretch = min(2 * stretch, 256)
     return search
 
 
-def _follow(
-    problem: FrictionProblem,
-    state: FloatArray,
-    periods: float,
-    sign: float,
-    stretch: int,
-    multiple: int,
-) -> _Search:
-    """The search after following the motion over `stretch` of its periods."""
-    for _ in range(stretch):
-        state = sign * walk(problem, state, periods).final_state
-    return _judged(problem, state, periods, sign, multiple, (stretch + 1) * periods)
-
-
-def _judged(
-    problem: FrictionProblem,
-    state: FloatArray,
-    periods: float,
-    sign: float,
-    multiple: int,
-    followed: float,
-) -> _Search:
-    run = walk(problem, state, periods)
-    weight = np.ones(2 * problem.n)
-    weight[problem.n :] /= problem.forcing.Omega
-    image = sign * run.final_state
-    size = np.abs(image * weight).max()
-    gap = np.abs((image - state) * weight).max()
-    residual = float(gap / size) if size > 0.0 else float(gap)
-    return _Search(problem, periods, sign, state, run, residual, multiple, followed)
-
-
 def _newton(search: _Search) -> _Search | None:
-    """The search after one Newton step; None where the derivative is singular."""
+    """The search after one Newton step; None where the derivative is singular.
+
+    Once close, the next step takes the derivative of this one.
+    """
     problem = search.problem
-    n = problem.n
-    try:
-        step = np.linalg.solve(np.eye(2 * n) - search.derivative(), search.image - search.state)
-    except np.linalg.LinAlgError:
-        return None
-    state = search.state + step
+    n, inverse = problem.n, search.inverse
+    if inverse is None:
+        try:
+            inverse = _inverse(np.eye(2 * n) - search.derivative())
+        except np.linalg.LinAlgError:
+            return None
+    state = search.state + inverse @ (search.image - search.state)
     if search.run.initial_mode == 0 and isinstance(problem.friction, Coulomb):
         state[n + (problem.joint or 0)] = 0.0  # a joint that starts in stick is at rest
     if not np.isfinite(state).all():
         return None
-    found = _judged(problem, state, search.periods, search.sign, search.multiple, 0.0)
-    found.followed = search.followed + search.periods
-    found.history = [*search.history, found.residual]
+    found = search.at(state, 0.0, inverse)
+    if found.residual > _CLOSE or found.residual > 0.01 * search.residual:
+        found = replace(found, inverse=None)
+    return found
+
+
+def _inverse(A: FloatArray) -> FloatArray:
+    found: FloatArray = np.linalg.inv(A)
     return found
 
 
@@ -194,18 +214,18 @@ def half_wave(problem: FrictionProblem) -> bool:
 
 def _orbit_response(problem: FrictionProblem, search: _Search, settings: Settings) -> Response:
     multipliers = np.linalg.eigvals(search.derivative()).astype(complex)
-    run = search.run
-    if search.sign < 0.0:
+    run, symmetric = search.run, search.sign < 0.0
+    if symmetric:
         multipliers = multipliers**2
         run = walk(problem, search.state, float(search.multiple))
     statistics = {
         "solver": "event_map",
         "multiple": search.multiple,
-        "newton_steps": len(search.history),
+        "newton_steps": len(search.history) - 1,
         "periods_followed": search.followed,
         "residual": search.residual,
     }
-    return orbit_of(problem, run, multipliers, None, statistics, settings)
+    return orbit_of(problem, run, multipliers, None, statistics, settings, symmetric)
 
 
 def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Settings) -> Response:
@@ -229,19 +249,22 @@ def orbit_of(
     rest: tuple[float, float] | None,
     statistics: dict[str, Any],
     settings: Settings,
+    symmetric: bool = False,
 ) -> Response:
-    """The `Response` of a closed walk."""
-    found = build.response_parts(problem, run, 0.0)
-    window = build.window_of(problem, found)
+    """The `Response` of a closed walk, `symmetric` when its second half mirrors the first."""
+    found = list(pieces(problem, run, 0.0, run.end))
+    halves = list(pieces(problem, run, 0.0, 0.5 * run.end)) if symmetric else found
+    coefficients: ComplexArray | None = None
+    torque_coefficients: ComplexArray | None = None
+    if statistics["multiple"] == 1:
+        coefficients, torque_coefficients = fourier(problem, halves, settings.harmonics, symmetric)
+    window = build.window_of(problem, halves, symmetric)
     events = build.event_log(problem, run)
     steps = max(1, round(run.end / problem.period * settings.samples_per_period))
     t = np.linspace(0.0, run.end, steps + 1)
     q, q_dot, torque = build.sampled(found, problem.n, t)
     speed = float(np.abs(q_dot[:, problem.joint or 0]).max())
     mode = MODES[run.initial_mode]
-    coefficients = torque_coefficients = None
-    if statistics["multiple"] == 1:
-        coefficients, torque_coefficients = fourier(problem, found, settings.harmonics)
     return Response(
         problem=problem,
         t=t,
@@ -276,16 +299,53 @@ def _on_the_circle(events: EventLog, period: float) -> EventLog:
 
 
 def fourier(
-    problem: FrictionProblem, found: list[Piece], harmonics: int
+    problem: FrictionProblem, found: list[Piece], harmonics: int, symmetric: bool = False
 ) -> tuple[ComplexArray, ComplexArray]:
-    """Exact coefficients (R + 1, n) of the coordinates and (R + 1,) of the friction torque."""
-    w = problem.forcing.Omega * np.arange(harmonics + 1)
-    total = np.zeros((harmonics + 1, problem.n + 1), complex)
+    """Exact coefficients (R + 1, n) of the coordinates and (R + 1,) of the friction torque.
+
+    `symmetric`: `found` is half a period, which the other half repeats with the opposite sign.
+    """
+    orders = max(harmonics + 1, len(problem.forcing.cos))  # the forcing's serve its work too
+    total: Any = np.zeros((orders, problem.n + 1), complex)
     for piece in found:
-        total += piece.fourier(np.vstack([piece.Z[: problem.n], piece.torque]), w)
+        total += piece.fourier(problem.n, orders)
+    total = total[: harmonics + 1]
+    if symmetric:
+        total[1::2] *= 2.0
+        total[0::2] = 0.0
     total *= 2.0 / problem.period
     total[0] *= 0.5
     return total[:, :-1], total[:, -1]
+
+
+def rms(orbit: Response) -> FloatArray:
+    """Root mean square (n,) of each coordinate over a periodic orbit, mean included, exact.
+
+    Parameters
+    ----------
+    orbit : Response
+        From `periodic` or `solve_many`.
+
+    Returns
+    -------
+    (n,)
+        In the problem's units.
+
+    Examples
+    --------
+    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
+    >>> push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
+    >>> rms(periodic(one)).round(4)
+    array([1.0331])
+    """
+    problem, end = orbit.problem, orbit.window[1]
+    symmetric = orbit.rest_interval is None and half_wave(problem)
+    length = 0.5 * end if symmetric and orbit.statistics["multiple"] % 2 else end
+    run = walk(problem, orbit.initial_state, length / problem.period)
+    found: Any = sum(piece.squares(problem.n) for piece in pieces(problem, run, 0.0, length))
+    root: FloatArray = np.sqrt(np.maximum(found, 0.0) / length)
+    return root
 
 
 def _failure(law: FrictionLaw | None, searches: list[_Search], settings: Settings) -> Exception:

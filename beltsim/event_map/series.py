@@ -13,11 +13,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from beltsim.checks import FloatArray
-from beltsim.event_map.flows import ComplexArray, Flow, flows_of, inner_flow
+from beltsim.event_map.flows import ComplexArray, Flow, Sums, flows_of, inner_flow
 from beltsim.event_map.walk import Walk
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
@@ -25,17 +26,22 @@ from beltsim.problem import FrictionProblem
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """The state over one phase: times, mode, exponents `mu` (L,), coefficients `Z` (2n, L).
+    """The state over one phase: its times, mode and coefficients `Z` (2n, L).
 
-    `torque` (L,) are the coefficients of the friction torque.
+    `mu` (L,) are the exponents, `torque` (L,) the coefficients of the friction torque.
     """
 
     start: float
     length: float
     mode: int
-    mu: ComplexArray
+    sums: Sums
     Z: ComplexArray
     torque: ComplexArray
+
+    @property
+    def mu(self) -> ComplexArray:
+        """Exponents (L,)."""
+        return self.sums.mu
 
     def at(self, tau: FloatArray) -> FloatArray:
         """States (nt, 2n) at times `tau` (nt,) after the start."""
@@ -45,36 +51,47 @@ class Piece:
 
     def torque_at(self, tau: FloatArray) -> FloatArray:
         """Friction torque (nt,) at times `tau` after the start."""
+        if self.mode:  # constant while slipping
+            return np.full(len(tau), self.torque.real.sum())
         found: FloatArray = (np.exp(np.multiply.outer(tau, self.mu)) @ self.torque).real
         return found
 
-    def products(self) -> tuple[ComplexArray, ComplexArray]:
-        """Integrals of exp((mu_i + mu_j) tau) and exp((mu_i + conj mu_j) tau), both (L, L)."""
-        plain = integral(self.mu[:, None] + self.mu, self.length)
-        mixed = integral(self.mu[:, None] + self.mu.conj(), self.length)
-        return plain, mixed
+    def quadratic(self, A: FloatArray, n: int) -> float:
+        """Integral of v'A v, `v` the velocities (n,)."""
+        v = self.Z[n:]
+        plain, mixed = self.sums.products(self.length)
+        B = (A @ v.real) + 1j * (A @ v.imag)
+        return 0.5 * float(
+            np.vdot((B.T @ v).conj(), plain).real + np.vdot(B.T @ v.conj(), mixed.conj()).real
+        )
 
-    def squares(self, rows: ComplexArray) -> FloatArray:
-        """Integral of (Re rows exp(mu tau))^2 for each row (k, L): array (k,)."""
-        plain, mixed = self.products()
+    def rubbing(self, row: int) -> float:
+        """Integral of the friction torque times component `row` of the state."""
+        plain, mixed = self.sums.products(self.length)
+        b = self.Z[row]
+        found = (self.torque @ plain) @ b + (self.torque @ mixed) @ b.conj()
+        return 0.5 * float(found.real)
+
+    def squares(self, n: int) -> FloatArray:
+        """Integral (n,) of the square of each of the first n components of the state."""
+        plain, mixed = self.sums.products(self.length)
+        rows = self.Z[:n]
         both = np.sum((rows @ plain) * rows, axis=1) + np.sum((rows @ mixed) * rows.conj(), axis=1)
-        return 0.5 * both.real
+        found: FloatArray = 0.5 * both.real
+        return found
 
-    def fourier(self, rows: ComplexArray, w: FloatArray) -> ComplexArray:
-        """Integral of Re(rows exp(mu tau)) exp(-i w t) dt for each w (nw,): array (nw, k)."""
-        turn = np.exp(-1j * w * self.start)[:, None]
-        plain = integral(self.mu - 1j * w[:, None], self.length) @ rows.T
-        mixed = integral(self.mu.conj() - 1j * w[:, None], self.length) @ rows.conj().T
-        return 0.5 * turn * (plain + mixed)
-
-
-def integral(s: ComplexArray, d: float) -> ComplexArray:
-    """(exp(s d) - 1)/s, with its limit at s = 0."""
-    z = s * d
-    small = np.abs(z) < 1e-5
-    safe = np.where(small, 1.0, z)
-    found: ComplexArray = np.where(small, 1.0 + z / 2.0 + z * z / 6.0, np.expm1(safe) / safe) * d
-    return found
+    def fourier(self, n: int, orders: int) -> ComplexArray:
+        """Integral (orders, n + 1) of coordinates and friction torque times exp(-i k Omega t)."""
+        known = self.__dict__.get("_series")  # asked for twice: by the work and by the series
+        if known is not None and len(known) >= orders:
+            few: ComplexArray = known[:orders]
+            return few
+        rows = np.concatenate([self.Z[:n], self.torque[None]])
+        plain, mixed = self.sums.harmonics(orders, self.length)
+        turn = np.exp(-1j * self.sums.Omega * self.start * np.arange(orders))
+        found: ComplexArray = 0.5 * turn[:, None] * (plain @ rows.T + mixed @ rows.conj().T)
+        object.__setattr__(self, "_series", found)
+        return found
 
 
 def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Iterator[Piece]:
@@ -85,13 +102,17 @@ def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Ite
     for i in range(first, len(starts)):
         if starts[i] >= end and i > first:
             return
-        piece = _piece(problem, starts[i], ends[i] - starts[i], int(modes[i]), states[i])
-        yield _cut(piece, max(start, starts[i]), min(end, ends[i]))
+        piece = _piece(
+            problem, float(starts[i]), float(ends[i] - starts[i]), int(modes[i]), states[i]
+        )
+        if starts[i] < start or ends[i] > end:
+            piece = _cut(piece, max(start, float(starts[i])), min(end, float(ends[i])))
+        yield piece
 
 
 def _cut(piece: Piece, start: float, end: float) -> Piece:
     grown = np.exp(piece.mu * (start - piece.start))
-    return Piece(start, end - start, piece.mode, piece.mu, piece.Z * grown, piece.torque * grown)
+    return Piece(start, end - start, piece.mode, piece.sums, piece.Z * grown, piece.torque * grown)
 
 
 def _piece(
@@ -102,31 +123,32 @@ def _piece(
     assert problem.friction is not None
     if mode != 0:
         load = mode * problem.friction.Q_m
-        mu, Z = _sums(flows.free, start, load, state)
-        torque = np.zeros(len(mu), complex)
+        Z = _coefficients(flows.free, start, load, state)
+        torque = np.zeros(Z.shape[1], complex)
         torque[flows.free.m] = load
-        return Piece(start, length, mode, mu, Z, torque)
+        return Piece(start, length, mode, flows.free.sums, Z, torque)
     if isinstance(problem.friction, SaturatedCoulomb):
-        mu, Z = _sums(inner_flow(problem), start, 0.0, state)
+        band = inner_flow(problem)
+        Z = _coefficients(band, start, 0.0, state)
         slope = problem.friction.Q_m / problem.friction.sigma
-        return Piece(start, length, mode, mu, Z, slope * Z[n + joint])
+        return Piece(start, length, mode, band.sums, Z, slope * Z[n + joint])
     position = float(state[joint])
-    mu, held = _sums(flows.held, start, position, state[flows.rest])
-    Z = np.zeros((2 * n, len(mu)), complex)
+    held = _coefficients(flows.held, start, position, state[flows.rest])
+    Z = np.zeros((2 * n, held.shape[1]), complex)
     Z[flows.rest] = held
     Z[joint, flows.held.m] = position
     torque = flows.held.row @ held
-    turns = np.exp(1j * flows.held.Omega * start * np.arange(len(flows.held.D)))
-    torque[flows.held.m :] += flows.held.D * turns
+    torque[flows.held.m :] += flows.held.D * flows.held.turns(start)
     torque[flows.held.m] += flows.held.d_c * position
-    return Piece(start, length, mode, mu, Z, torque)
+    return Piece(start, length, mode, flows.held.sums, Z, torque)
 
 
-def _sums(flow: Flow, t: float, c: float, x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Exponents (m + H + 1,) and coefficients (N, m + H + 1): modes first, then harmonics."""
-    h = np.arange(len(flow.P))
-    a = flow.W @ (x - flow.forced(t, c))
-    harmonics = flow.P.T * np.exp(1j * flow.Omega * t * h)
+def _coefficients(flow: Flow, t: float, c: float, x: FloatArray) -> Any:
+    """Coefficients (N, m + H + 1) of the state: modes first, then harmonics from 0."""
+    found = np.empty((flow.N, flow.m + len(flow.P)), complex)
+    harmonics = found[:, flow.m :]
+    np.multiply(flow.P.T, flow.turns(t), out=harmonics)
     harmonics[:, 0] += c * flow.X_c
-    mu = np.concatenate([flow.exponents, 1j * flow.Omega * h])
-    return mu, np.concatenate([flow.V * a, harmonics], axis=1)
+    a = flow.W @ (x - harmonics.real.sum(axis=1))
+    np.multiply(flow.V, a, out=found[:, : flow.m])
+    return found

@@ -22,7 +22,7 @@ KINDS = ("stick", "reverse", "slip+", "slip-")
 #: Leading columns of an event's reals and integers, as in beltsim_map.h.
 TIME, TORQUE_BEFORE, TORQUE_AFTER, MARGIN, TOUCH_TIME, TOUCH_GAP, STATE = range(7)
 PERIODS, KIND, MULTIPLE = range(3)
-_CHUNK = 256
+_CHUNK = 32
 _STATUS = {
     -1: ("BM_NO_MEMORY", "the workspace could not be allocated; try a smaller problem"),
     -2: ("BM_CHATTER", "more events in a period than this system can have; check its input"),
@@ -80,7 +80,7 @@ def walk(
     chunks: list[tuple[NDArray[np.int64], FloatArray]] = []
     total = 0
     while True:
-        capacity = min(_CHUNK << min(len(chunks), 6), max_events + 1)
+        capacity = min(_CHUNK << min(2 * len(chunks), 9), max_events + 1)
         found_i = np.empty((capacity, 3), dtype=np.int64)
         found_r = np.empty((capacity, width))
         status, count = _event_map.propagate(
@@ -95,8 +95,10 @@ def walk(
         if total > max_events:
             text = f"{total} events, more than max_events = {max_events}; raise it or run less"
             raise CoreError(text, "BM_FULL", float(integers[1] * period + reals[4]))
-    all_i = np.concatenate([chunk[0] for chunk in chunks])
-    all_r = np.concatenate([chunk[1] for chunk in chunks])
+    all_i, all_r = chunks[0]
+    if len(chunks) > 1:
+        all_i = np.concatenate([chunk[0] for chunk in chunks])
+        all_r = np.concatenate([chunk[1] for chunk in chunks])
     t = all_i[:, PERIODS] * period + all_r[:, TIME]
     first, last = int(integers[5]), int(integers[2])
     return Walk(initial, state, first, last, periods * period, t, all_i, all_r)
