@@ -8,8 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from beltsim.checks import FloatArray
-from beltsim.event_map.flows import ComplexArray, flows_of
-from beltsim.event_map.series import Piece, pieces
+from beltsim.event_map.flows import flows_of
+from beltsim.event_map.linear_part import ComplexArray
+from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.walk import (
     KIND,
     KINDS,
@@ -32,7 +33,9 @@ from beltsim.response import EventLog, NearGrazing, Window
 NEAR_GRAZING = 1e-8
 
 
-def sampled(found: list[Piece], n: int, t: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def sampled(
+    found: list[AnyPiece], n: int, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Coordinates, velocities (nt, n) and friction torque (nt,) at the ascending times `t`."""
     x, torque = np.empty((len(t), 2 * n)), np.empty(len(t))
     edges = np.searchsorted(t, [piece.start for piece in found], side="left")
@@ -58,7 +61,9 @@ def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
     overshoot = np.ones(len(margin))
     peak = float(np.abs(run.reals[:, [TORQUE_BEFORE, TORQUE_AFTER]]).max())
     if isinstance(law, Coulomb) and peak > 0.0:
-        reaction, rate = _reactions(problem, run.t, state)
+        flows = flows_of(problem)
+        held, rest = flows.held.part, state[:, flows.rest]
+        reaction, rate = held.signals(run.t, state[:, joint], rest)
         peak = max(peak, float(np.abs(reaction).max()))
         rate = np.abs(rate) / (problem.forcing.Omega * peak)
         stops = kind < 2
@@ -80,22 +85,6 @@ def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
     )
 
 
-def _reactions(
-    problem: FrictionProblem, t: FloatArray, x: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """The holding reaction and its rate at the times `t` (ne,) in the states `x` (ne, 2n)."""
-    held = flows_of(problem).held
-    rest, position = x[:, flows_of(problem).rest], x[:, problem.joint or 0]
-    spin = 1j * held.Omega * np.arange(len(held.P))
-    turns = np.exp(np.multiply.outer(t, spin))
-    value = rest @ held.row + (turns @ held.D).real + held.d_c * position
-    turns *= spin
-    free = rest - held.forced(t, 0.0) - np.outer(position, held.X_c)
-    modal = ((free @ held.W.T) * held.exponents) @ held.V.T
-    rate = (modal.real + (turns @ held.P).real) @ held.row + (turns @ held.D).real
-    return value, rate
-
-
 def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> NearGrazing:
     """Extrema that came close to an event without being one."""
     law = problem.friction
@@ -114,7 +103,7 @@ def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> N
     )
 
 
-def window_of(problem: FrictionProblem, found: list[Piece], symmetric: bool = False) -> Window:
+def window_of(problem: FrictionProblem, found: list[AnyPiece], symmetric: bool = False) -> Window:
     """The window that `found` covers, with its work and losses in closed form.
 
     `symmetric`: `found` is the first half of a motion that repeats with the opposite sign.
@@ -144,7 +133,7 @@ def window_of(problem: FrictionProblem, found: list[Piece], symmetric: bool = Fa
     )
 
 
-def _forcing_work(problem: FrictionProblem, F: ComplexArray, piece: Piece) -> float:
+def _forcing_work(problem: FrictionProblem, F: ComplexArray, piece: AnyPiece) -> float:
     """Integral of f.q_dot over a phase: q at its ends, less the integral of f_dot.q."""
     n, w = problem.n, problem.forcing.Omega * np.arange(len(F))
     ends = np.array([piece.start, piece.start + piece.length])
@@ -156,7 +145,7 @@ def _forcing_work(problem: FrictionProblem, F: ComplexArray, piece: Piece) -> fl
     return float(force[1] @ q[1] - force[0] @ q[0]) - moving
 
 
-def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[Piece]:
+def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[AnyPiece]:
     """Pieces of `run` from `start` to its end."""
     return list(pieces(problem, run, start, run.end))
 

@@ -16,7 +16,10 @@ with :math:`\ddot q` from the other rows at zero velocity and acceleration of th
 The saturated law has instead a flow *inside its band*, with `Q_m/sigma` added to the
 joint's damping.
 
-Depends on: problem, friction, checks.
+A flow whose eigenvectors are too ill-conditioned, or which has an exponent at a harmonic of the
+forcing or at zero, comes in cells instead (`cells.CellFlow`).
+
+Depends on: cells, linear_part, problem, friction, checks.
 """
 
 from __future__ import annotations
@@ -29,10 +32,17 @@ from numpy.typing import NDArray
 
 from beltsim import _event_map
 from beltsim.checks import FloatArray
+from beltsim.event_map.cells import CellFlow
+from beltsim.event_map.linear_part import ComplexArray, LinearPart
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
-ComplexArray = NDArray[np.complex128]
+#: Largest condition number of the eigenvectors with which modes are trusted: event times then keep
+#: 1e-12 T (the error grows with it; measured near critical damping, tests/event_map/test_cells.py).
+CONDITION_LIMIT = 1e5
+#: Smallest distance of an exponent from 0 and from the forcing's harmonics, over Omega: the forced
+#: part grows with its inverse and is subtracted again.
+RESONANCE_LIMIT = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,8 +53,8 @@ class Basis:
     into: FloatArray
     out: FloatArray
 
-    def moved(self, S: FloatArray, tau: float) -> FloatArray:
-        """Amplitudes `S` (2m, k) a time `tau` later."""
+    def moved(self, S: FloatArray, tau: float, position: FloatArray) -> FloatArray:  # noqa: ARG002
+        """Amplitudes `S` (2m, k) a time `tau` later; `position` is in the forced part."""
         m = len(self.exponents)
         turn = np.exp(self.exponents * tau)
         real, imag = turn.real[:, None], turn.imag[:, None]
@@ -122,28 +132,30 @@ class _Rates:
 class Flow:
     """One linear flow of N reals with m amplitudes; see the module for the symbols.
 
-    `exponents` (m,), `V` (N, m), `W` (m, N), `P` (H + 1, N), `X_c` (N,), `row` (N,) and
-    `D` (H + 1,) with `d_c`: signal = row.x + Re sum D_h exp(i h Omega t) + d_c c.
-    `condition` is that of the eigenvectors, after scaling.
+    `exponents` (m,), `V` (N, m), `W` (m, N), `P` (H + 1, N), `X_c` (N,); `part` is the system that
+    flows. `condition` is that of the eigenvectors.
     """
 
-    Omega: float
+    part: LinearPart
     exponents: ComplexArray
     V: ComplexArray
     W: ComplexArray
     P: ComplexArray
     X_c: FloatArray
-    row: FloatArray
-    D: ComplexArray
-    d_c: float
     condition: float
+
+    @property
+    def Omega(self) -> float:
+        """Fundamental of the forcing."""
+        return self.part.Omega
 
     @cached_property
     def packed(self) -> FloatArray:
         """All arrays in the order in which the C map reads them, and its tables."""
         split = (self.exponents, self.V.T, self.W.T, self.P)
         parts = [part for array in split for part in (array.real.ravel(), array.imag.ravel())]
-        parts += [self.X_c, self.row, self.D.real, self.D.imag, np.array([self.d_c])]
+        part = self.part
+        parts += [self.X_c, part.row, part.D.real, part.D.imag, np.array([part.d_c])]
         sizes = (self.N, self.m, len(self.P) - 1)
         inputs, reals = _event_map.flow_reals(*sizes)
         packed = np.empty(reals)
@@ -176,7 +188,7 @@ class Flow:
     @property
     def N(self) -> int:
         """Reals in the state."""
-        return len(self.row)
+        return len(self.part.row)
 
     @property
     def m(self) -> int:
@@ -189,16 +201,8 @@ class Flow:
         found: FloatArray = (turns @ self.P).real + c * self.X_c
         return found
 
-    def signal(self, t: float, c: float, x: FloatArray) -> float:
-        """The signal in state `x` (N,) at time `t`."""
-        turns = np.exp(1j * self.Omega * t * np.arange(len(self.D)))
-        return float(self.row @ x + (turns @ self.D).real + self.d_c * c)
 
-    def after(self, t: float, c: float, x: FloatArray, tau: FloatArray) -> FloatArray:
-        """States (nt, N) at `tau` (nt,) after state `x` (N,) at time `t`."""
-        a = self.W @ (x - self.forced(t, c))
-        moved = np.exp(np.multiply.outer(tau, self.exponents)) * a
-        return self.forced(t + tau, c) + moved.real @ self.V.real.T - moved.imag @ self.V.imag.T
+AnyFlow = Flow | CellFlow
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,8 +213,8 @@ class Flows:
     move, `push` (n,) = M^-1 e_t, `rest` the 2n - 2 indices of the state without the joint.
     """
 
-    free: Flow
-    held: Flow
+    free: AnyFlow
+    held: AnyFlow
     m_t: FloatArray
     mass: float
     push: FloatArray
@@ -226,7 +230,7 @@ def flows_of(problem: FrictionProblem) -> Flows:
     return found
 
 
-def inner_flow(problem: FrictionProblem) -> Flow:
+def inner_flow(problem: FrictionProblem) -> AnyFlow:
     """The flow that takes the place of stick: held joint, or inside the band."""
     law = problem.friction
     if not isinstance(law, SaturatedCoulomb):
@@ -235,11 +239,11 @@ def inner_flow(problem: FrictionProblem) -> Flow:
     if cached is None or cached[0] != law:
         cached = (law, _band(problem, law))
         problem.shared["event_map.band"] = cached
-    found: Flow = cached[1]
+    found: AnyFlow = cached[1]
     return found
 
 
-def _band(problem: FrictionProblem, law: SaturatedCoulomb) -> Flow:
+def _band(problem: FrictionProblem, law: SaturatedCoulomb) -> AnyFlow:
     n, j = problem.n, problem.joint
     assert j is not None
     D, F = problem.C + problem.G, problem.forcing.coefficients
@@ -288,33 +292,59 @@ def _flow(
     row: FloatArray,
     direct: ComplexArray,
     d_c: float,
-) -> Flow:
-    """Modes and forced response of M q'' + D q' + K q = f + load c."""
+) -> AnyFlow:
+    """The flow of M q'' + D q' + K q = f + load c, in modes where they can be trusted."""
     n = len(M)
     inverse = np.linalg.inv(M)
     A = np.zeros((2 * n, 2 * n))
     A[:n, n:] = np.eye(n)
     A[n:, :n] = -inverse @ K
     A[n:, n:] = -inverse @ D
+    force, rate = np.zeros((len(F), 2 * n), complex), np.zeros(2 * n)
+    force[:, n:], rate[n:] = F @ inverse.T, inverse @ load
+    part = LinearPart(M, D, K, F, load, Omega, A, force, rate, row, direct, d_c)
     exponents, V = _modes(A)
-    W = np.linalg.inv(V)
-    condition = float(np.linalg.norm(V, 1) * np.linalg.norm(W, 1)) if n else 1.0
     keep = exponents.imag >= 0.0
-    twice = np.where(exponents.imag > 0.0, 2.0, 1.0)[keep]
-    h = np.arange(len(F))
-    w = h * Omega
-    stiffness = K + 1j * w[:, None, None] * D - (w**2)[:, None, None] * M
-    q = np.linalg.solve(stiffness, F[..., None])[..., 0]
-    rest = np.linalg.solve(K, load)
+    apart = np.abs(exponents[keep, None] - 1j * Omega * np.arange(len(F)))
+    near = float(apart.min(initial=np.inf))
+    try:
+        W = np.linalg.inv(V).astype(complex)
+    except np.linalg.LinAlgError:  # two eigenvectors are the same
+        return CellFlow(part, exponents[keep], np.inf, _energy(part))
+    condition = float(np.linalg.norm(V, 1) * np.linalg.norm(W, 1)) if n else 1.0
+    if not condition <= CONDITION_LIMIT or near < RESONANCE_LIMIT * Omega:
+        return CellFlow(part, exponents[keep], condition, _energy(part))
+    return _modal(part, exponents[keep], V[:, keep], W[keep], condition)
+
+
+def _modal(
+    part: LinearPart, exponents: ComplexArray, V: ComplexArray, W: ComplexArray, condition: float
+) -> Flow:
+    w = part.Omega * np.arange(len(part.F))
+    Z = part.K + 1j * w[:, None, None] * part.damping - (w**2)[:, None, None] * part.M
+    q = np.linalg.solve(Z, part.F[..., None])[..., 0]
+    rest = np.linalg.solve(part.K, part.push)
     return Flow(
-        Omega=Omega,
-        exponents=exponents[keep],
-        V=V[:, keep] * twice,
-        W=W[keep],
+        part=part,
+        exponents=exponents,
+        V=V * np.where(exponents.imag > 0.0, 2.0, 1.0),
+        W=W,
         P=np.concatenate([q, 1j * w[:, None] * q], axis=1),
-        X_c=np.concatenate([rest, np.zeros(n)]),
-        row=row,
-        D=direct,
-        d_c=d_c,
+        X_c=np.concatenate([rest, np.zeros(len(rest))]),
         condition=condition,
     )
+
+
+def _energy(part: LinearPart) -> tuple[FloatArray, FloatArray]:
+    """State to coordinates whose squares are energies, and back; K is lifted where it must be."""
+    n = len(part.M)
+    into = np.zeros((2 * n, 2 * n))
+    if n:
+        root = np.linalg.cholesky(part.M)
+        inverse = np.linalg.inv(root)
+        squares, turn = np.linalg.eigh(inverse @ part.K @ inverse.T)
+        floor = part.Omega**2
+        into[:n, :n] = (np.sqrt(np.maximum(np.abs(squares), floor))[:, None] * turn.T) @ root.T
+        into[n:, n:] = turn.T @ root.T
+    out: FloatArray = np.linalg.inv(into) if n else into
+    return into, out

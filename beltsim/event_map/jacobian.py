@@ -24,7 +24,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from beltsim.checks import FloatArray
-from beltsim.event_map.flows import Basis, Flow, Flows, flows_of, inner_flow
+from beltsim.event_map.cells import CellBasis
+from beltsim.event_map.flows import Basis, Flows, flows_of, inner_flow
 from beltsim.event_map.walk import KIND, STATE, TORQUE_AFTER, TORQUE_BEFORE, Walk
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
@@ -39,8 +40,8 @@ class _Changes:
     state and `position` is zero.
     """
 
-    free: Basis
-    inner: Basis
+    free: Basis | CellBasis
+    inner: Basis | CellBasis
     stick: FloatArray
     release: FloatArray
     position: FloatArray
@@ -53,9 +54,12 @@ def jacobian(problem: FrictionProblem, run: Walk) -> FloatArray:
     saturated = isinstance(problem.friction, SaturatedCoulomb)
     velocity = changes.free.out[n + (joint or 0)]
     S, position = _begin(flows, changes, run.initial_mode, joint or 0, saturated)
-    start, mode = 0.0, run.initial_mode
+    start, mode, still = 0.0, run.initial_mode, np.zeros(2 * n)
     for i, end in enumerate(np.append(run.t, run.end).tolist()):
-        S = (changes.free if mode else changes.inner).moved(S, end - start)
+        if mode:
+            S = changes.free.moved(S, end - start, still)
+        else:
+            S = changes.inner.moved(S, end - start, position)
         if i == len(run.t):
             break
         kind = int(run.integers[i, KIND])
@@ -67,10 +71,10 @@ def jacobian(problem: FrictionProblem, run: Walk) -> FloatArray:
         else:
             after = changes.release @ S + np.outer(changes.position, position)
             if not saturated and run.reals[i, TORQUE_BEFORE] != run.reals[i, TORQUE_AFTER]:
-                gradient = flows.held.row @ (
+                gradient = flows.held.part.row @ (
                     changes.inner.out @ S + np.outer(flows.held.X_c, position)
                 )
-                gradient += flows.held.d_c * position
+                gradient += flows.held.part.d_c * position
                 after += np.outer(changes.free.into @ _breakaway(flows, problem, run, i), gradient)
             S = after
         mode = (0, -mode, 1, -1)[kind]
@@ -124,7 +128,7 @@ def _reversal(problem: FrictionProblem, flows: Flows, run: Walk, i: int) -> Floa
     """Jump (2n,) of the state's rate at event `i`, over the joint's acceleration before it."""
     event = run.reals[i]
     x, before, after = event[STATE:], event[TORQUE_BEFORE], event[TORQUE_AFTER]
-    reaction = flows.held.signal(run.t[i], x[problem.joint or 0], x[flows.rest])
+    reaction = flows.held.part.signal(run.t[i], x[problem.joint or 0], x[flows.rest])
     jump = np.zeros(2 * problem.n)
     jump[problem.n :] = (before - after) * flows.push * flows.mass / (reaction - before)
     return jump
@@ -136,17 +140,9 @@ def _breakaway(flows: Flows, problem: FrictionProblem, run: Walk, i: int) -> Flo
     assert joint is not None
     x = event[STATE:]
     acceleration = (event[TORQUE_BEFORE] - event[TORQUE_AFTER]) / flows.mass
-    acceleration /= signal_rate(flows.held, run.t[i], x[joint], x[flows.rest])
+    held = flows.held.part
+    acceleration /= held.signals(run.t[i : i + 1], x[[joint]], x[None, flows.rest])[1][0]
     jump = np.zeros(2 * n)
     jump[n + joint] = acceleration
     jump[n + problem.others] = -flows.m_t * acceleration
     return jump
-
-
-def signal_rate(flow: Flow, t: float, c: float, x: FloatArray) -> float:
-    """Time derivative of the signal in state `x` (N,) at time `t`."""
-    spin = 1j * flow.Omega * np.arange(len(flow.P))
-    turns = spin * np.exp(spin * t)
-    a = flow.W @ (x - flow.forced(t, c))
-    modal = (flow.V @ (flow.exponents * a)).real
-    return float(flow.row @ (modal + (turns @ flow.P).real) + (turns @ flow.D).real)

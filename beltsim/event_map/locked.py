@@ -12,7 +12,8 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.errors import NotPeriodicError
-from beltsim.event_map.flows import ComplexArray, flows_of
+from beltsim.event_map.flows import Flow, flows_of
+from beltsim.event_map.linear_part import ComplexArray
 from beltsim.problem import FrictionProblem
 
 
@@ -47,19 +48,33 @@ class Locked:
 def locked(problem: FrictionProblem) -> Locked:
     """The steady reaction of `problem` with its joint held; shared by all torques on it."""
     if "event_map.locked" not in problem.shared:
-        held = flows_of(problem).held
-        low, high = trigonometric_range(held.P @ held.row + held.D)
-        slope = float(held.row @ held.X_c + held.d_c)
+        held = flows_of(problem).held.part
+        harmonics, static = _steady(problem)
+        low, high = trigonometric_range(harmonics @ held.row + held.D)
+        slope = float(held.row @ static + held.d_c)
         problem.shared["event_map.locked"] = Locked(low, high, slope)
     found: Locked = problem.shared["event_map.locked"]
     return found
 
 
+def _steady(problem: FrictionProblem) -> tuple[ComplexArray, FloatArray]:
+    """Harmonics (H + 1, N) of the held system's state and its answer (N,) to a unit position."""
+    held = flows_of(problem).held
+    if isinstance(held, Flow):
+        return held.P, held.X_c
+    part = held.part
+    q = part.steady("held")
+    w = part.Omega * np.arange(len(q))
+    static = np.linalg.lstsq(part.K, part.push, rcond=1e-12)[0]
+    harmonics = np.concatenate([q, 1j * w[:, None] * q], axis=1)
+    return harmonics, np.concatenate([static, np.zeros(len(static))])
+
+
 def at_rest(problem: FrictionProblem, position: float) -> FloatArray:
     """State (2n,) at t = 0 of the steady motion with the joint held at `position`."""
-    flows = flows_of(problem)
     state = np.zeros(2 * problem.n)
-    state[flows.rest] = flows.held.forced(0.0, position)
+    harmonics, static = _steady(problem)
+    state[flows_of(problem).rest] = harmonics.real.sum(axis=0) + position * static
     state[problem.joint or 0] = position
     return state
 
@@ -84,19 +99,33 @@ def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
 
 
 def require_stable(problem: FrictionProblem) -> None:
-    """Refuse a periodic orbit of an unstable linear part, and name the exponent."""
+    """Refuse a periodic orbit of an unstable or undamped resonant linear part, and name it."""
     if problem.shared.get("event_map.stable"):
         return
     flows = flows_of(problem)
-    for name, flow in (("free", flows.free), ("held", flows.held)):
-        if not len(flow.exponents):
-            continue
-        worst = flow.exponents[np.argmax(flow.exponents.real)]
-        size = float(np.abs(flow.exponents).max())
-        if worst.real > 1e-10 * size:
-            text = (
-                f"the system with its joint {name} is unstable: eigenvalue {worst:.6g} has a "
-                "positive real part; no periodic orbit is sought. Check K and the damping"
-            )
-            raise NotPeriodicError(text)
+    if not _passive(problem.K):
+        for name, flow in (("free", flows.free), ("held", flows.held)):
+            _require_decay(name, flow.exponents)
+    if not isinstance(flows.free, Flow):
+        flows.free.part.steady("free", np.eye(problem.n)[problem.joint or 0])
+    if not isinstance(flows.held, Flow):
+        flows.held.part.steady("held")
     problem.shared["event_map.stable"] = True
+
+
+def _passive(K: FloatArray) -> bool:
+    """K without negative eigenvalue: since C has none either, nothing can grow."""
+    squares = np.linalg.eigvalsh(K)
+    return bool(squares[0] >= -1e-13 * squares[-1])
+
+
+def _require_decay(name: str, exponents: ComplexArray) -> None:
+    if not len(exponents):
+        return
+    worst = exponents[np.argmax(exponents.real)]
+    if worst.real > 1e-10 * float(np.abs(exponents).max()):
+        text = (
+            f"the system with its joint {name} is unstable: eigenvalue {worst:.6g} has a "
+            "positive real part; no periodic orbit is sought. Check K and the damping"
+        )
+        raise NotPeriodicError(text)

@@ -22,11 +22,13 @@ import numpy as np
 from beltsim.checks import FloatArray
 from beltsim.errors import ConvergenceError, NotPeriodicError
 from beltsim.event_map import build
-from beltsim.event_map.flows import ComplexArray, flows_of
+from beltsim.event_map.cells import CellFlow
+from beltsim.event_map.flows import flows_of
 from beltsim.event_map.jacobian import jacobian
+from beltsim.event_map.linear_part import ComplexArray
 from beltsim.event_map.locked import at_rest, locked, require_stable
 from beltsim.event_map.propagate import checked_run, require_joint
-from beltsim.event_map.series import Piece, pieces
+from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.settings import Settings
 from beltsim.event_map.walk import MODES, Walk, walk
 from beltsim.friction import Coulomb, FrictionLaw
@@ -187,7 +189,7 @@ def _newton(search: _Search) -> _Search | None:
     n, inverse = problem.n, search.inverse
     if inverse is None:
         try:
-            inverse = _inverse(np.eye(2 * n) - search.derivative())
+            inverse = _inverse(problem, np.eye(2 * n) - search.derivative())
         except np.linalg.LinAlgError:
             return None
     state = search.state + inverse @ (search.image - search.state)
@@ -201,9 +203,14 @@ def _newton(search: _Search) -> _Search | None:
     return found
 
 
-def _inverse(A: FloatArray) -> FloatArray:
-    found: FloatArray = np.linalg.inv(A)
-    return found
+def _inverse(problem: FrictionProblem, A: FloatArray) -> FloatArray:
+    """Inverse of I - S; the least step where orbits are not isolated (a joint without spring)."""
+    found: Any
+    if isinstance(flows_of(problem).free, CellFlow):
+        found = np.linalg.pinv(A, rcond=1e-10)
+    else:
+        found = np.linalg.inv(A)
+    return np.asarray(found, dtype=float)
 
 
 def half_wave(problem: FrictionProblem) -> bool:
@@ -299,7 +306,7 @@ def _on_the_circle(events: EventLog, period: float) -> EventLog:
 
 
 def fourier(
-    problem: FrictionProblem, found: list[Piece], harmonics: int, symmetric: bool = False
+    problem: FrictionProblem, found: list[AnyPiece], harmonics: int, symmetric: bool = False
 ) -> tuple[ComplexArray, ComplexArray]:
     """Exact coefficients (R + 1, n) of the coordinates and (R + 1,) of the friction torque.
 

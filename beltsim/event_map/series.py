@@ -18,7 +18,10 @@ from typing import Any
 import numpy as np
 
 from beltsim.checks import FloatArray
-from beltsim.event_map.flows import ComplexArray, Flow, Sums, flows_of, inner_flow
+from beltsim.event_map.cells import CellFlow
+from beltsim.event_map.flows import Flow, Sums, flows_of, inner_flow
+from beltsim.event_map.linear_part import ComplexArray
+from beltsim.event_map.nodes import NodePiece
 from beltsim.event_map.walk import Walk
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
@@ -42,6 +45,11 @@ class Piece:
     def mu(self) -> ComplexArray:
         """Exponents (L,)."""
         return self.sums.mu
+
+    def cut(self, start: float, end: float) -> Piece:
+        """The part between two times."""
+        grown = np.exp(self.mu * (start - self.start))
+        return Piece(start, end - start, self.mode, self.sums, self.Z * grown, self.torque * grown)
 
     def at(self, tau: FloatArray) -> FloatArray:
         """States (nt, 2n) at times `tau` (nt,) after the start."""
@@ -94,7 +102,10 @@ class Piece:
         return found
 
 
-def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Iterator[Piece]:
+AnyPiece = Piece | NodePiece
+
+
+def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Iterator[AnyPiece]:
     """The phases of `run` between `start` and `end`, cut at both."""
     starts, modes, states = run.starts(), run.modes(), run.states()
     ends = np.append(starts[1:], run.end)
@@ -106,41 +117,53 @@ def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Ite
             problem, float(starts[i]), float(ends[i] - starts[i]), int(modes[i]), states[i]
         )
         if starts[i] < start or ends[i] > end:
-            piece = _cut(piece, max(start, float(starts[i])), min(end, float(ends[i])))
+            piece = piece.cut(max(start, float(starts[i])), min(end, float(ends[i])))
         yield piece
-
-
-def _cut(piece: Piece, start: float, end: float) -> Piece:
-    grown = np.exp(piece.mu * (start - piece.start))
-    return Piece(start, end - start, piece.mode, piece.sums, piece.Z * grown, piece.torque * grown)
 
 
 def _piece(
     problem: FrictionProblem, start: float, length: float, mode: int, state: FloatArray
-) -> Piece:
+) -> AnyPiece:
     flows, n, joint = flows_of(problem), problem.n, problem.joint
     assert joint is not None
     assert problem.friction is not None
+    flow = flows.free if mode else inner_flow(problem)
+    if isinstance(flow, CellFlow):
+        load = mode * problem.friction.Q_m
+        slope = None
+        x = state
+        if not mode and isinstance(problem.friction, SaturatedCoulomb):
+            slope = problem.friction.Q_m / problem.friction.sigma
+        elif not mode:
+            load, x = float(state[joint]), state[flows.rest]
+        y = flow.extended(start, load, x)
+        return NodePiece(start, length, mode, flow, y, load, n, joint, slope)
     if mode != 0:
         load = mode * problem.friction.Q_m
-        Z = _coefficients(flows.free, start, load, state)
+        Z = _coefficients(flow, start, load, state)
         torque = np.zeros(Z.shape[1], complex)
-        torque[flows.free.m] = load
-        return Piece(start, length, mode, flows.free.sums, Z, torque)
+        torque[flow.m] = load
+        return Piece(start, length, mode, flow.sums, Z, torque)
     if isinstance(problem.friction, SaturatedCoulomb):
-        band = inner_flow(problem)
-        Z = _coefficients(band, start, 0.0, state)
-        slope = problem.friction.Q_m / problem.friction.sigma
-        return Piece(start, length, mode, band.sums, Z, slope * Z[n + joint])
+        Z = _coefficients(flow, start, 0.0, state)
+        return Piece(
+            start,
+            length,
+            mode,
+            flow.sums,
+            Z,
+            problem.friction.Q_m / problem.friction.sigma * Z[n + joint],
+        )
     position = float(state[joint])
-    held = _coefficients(flows.held, start, position, state[flows.rest])
+    part = flow.part
+    held = _coefficients(flow, start, position, state[flows.rest])
     Z = np.zeros((2 * n, held.shape[1]), complex)
     Z[flows.rest] = held
-    Z[joint, flows.held.m] = position
-    torque = flows.held.row @ held
-    torque[flows.held.m :] += flows.held.D * flows.held.turns(start)
-    torque[flows.held.m] += flows.held.d_c * position
-    return Piece(start, length, mode, flows.held.sums, Z, torque)
+    Z[joint, flow.m] = position
+    torque = part.row @ held
+    torque[flow.m :] += part.D * flow.turns(start)
+    torque[flow.m] += part.d_c * position
+    return Piece(start, length, mode, flow.sums, Z, torque)
 
 
 def _coefficients(flow: Flow, t: float, c: float, x: FloatArray) -> Any:

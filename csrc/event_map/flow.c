@@ -1,5 +1,6 @@
 #include "flow.h"
 
+#include "cells.h"
 #include "clones.h"
 
 #include <math.h>
@@ -43,7 +44,15 @@ static double dot(const double *a, const double *b, int n) {
   return sum;
 }
 
+/* Reals in the extended state of a flow in cells. */
+static int extended(int N, int H) { return N + 2 + 2 * H; }
+
 int64_t bm_flow_inputs(int N, int m, int H) {
+  if (m == BM_CELLS) {
+    int64_t Na = extended(N, H);
+    return 2 * (int64_t)N * N + 2 * Na * Na + BM_TERMS * Na + N +
+           2 * (int64_t)(H + 1) + 2;
+  }
   int64_t modal = 2 * (int64_t)m + 4 * (int64_t)m * N;
   int64_t forced = 2 * (int64_t)(H + 1) * N + 2 * (int64_t)(H + 1);
   return modal + forced + 2 * (int64_t)N + 1;
@@ -71,13 +80,38 @@ static table_parts parts_of(double *tables, int m, int H) {
 }
 
 int64_t bm_flow_reals(int N, int m, int H) {
+  if (m == BM_CELLS) {
+    return bm_flow_inputs(N, m, H);
+  }
   int64_t K = exponentials(m, H);
   return bm_flow_inputs(N, m, H) + (2 + 3 * BM_LEVELS) * K + 2 * (int64_t)m +
          2 * (int64_t)(H + 1) + 2;
 }
 
+static void unpack_cells(bm_flow *flow, const double *packed, int N, int H) {
+  int Na = extended(N, H);
+  bm_cells *cells = &flow->cells;
+  const double **parts[] = {&cells->into, &cells->out, &cells->A,
+                            &cells->E,    &cells->rows, &flow->row,
+                            &flow->D_re,  &flow->D_im};
+  int sizes[] = {N * N, N * N, Na * Na, Na * Na, BM_TERMS * Na, N, H + 1, H + 1};
+  for (int i = 0; i < 8; packed += sizes[i++]) {
+    *parts[i] = packed;
+  }
+  flow->d_c = packed[0];
+  cells->d = packed[1];
+}
+
 void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
                     double Omega) {
+  flow->N = N;
+  flow->m = m;
+  flow->H = H;
+  flow->Omega = Omega;
+  if (m == BM_CELLS) {
+    unpack_cells(flow, packed, N, H);
+    return;
+  }
   const double **parts[] = {&flow->lambda_re, &flow->lambda_im, &flow->V_re,
                             &flow->V_im,      &flow->W_re,      &flow->W_im,
                             &flow->P_re,      &flow->P_im,      &flow->X_c,
@@ -88,10 +122,6 @@ void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
   for (int i = 0; i < 12; packed += sizes[i++]) {
     *parts[i] = packed;
   }
-  flow->N = N;
-  flow->m = m;
-  flow->H = H;
-  flow->Omega = Omega;
   flow->d_c = *packed;
   flow->tables = packed + 1;
 }
@@ -100,6 +130,9 @@ static double base_of(double Omega) { return 0.25 * 6.283185307179586 / Omega; }
 
 void bm_flow_prepare(double *packed, int N, int m, int H, double Omega) {
   bm_flow flow;
+  if (m == BM_CELLS) {
+    return;
+  }
   bm_flow_unpack(&flow, packed, N, m, H, Omega);
   int K = exponentials(m, H);
   table_parts t = parts_of(packed + bm_flow_inputs(N, m, H), m, H);
@@ -122,7 +155,31 @@ void bm_flow_prepare(double *packed, int N, int m, int H, double Omega) {
   bm_signal_tabulate(K, base_of(Omega), t.lr, t.li, t.er, t.ei, t.bound);
 }
 
+/* The signal of a flow in cells: wr and pr hold extended states, pi scratch. */
+static int create_cells(bm_watch *watch, const bm_flow *flow) {
+  bm_signal *f = &watch->signal;
+  int Na = extended(flow->N, flow->H);
+  watch->memory = calloc((size_t)Na * 5, sizeof(double));
+  if (!watch->memory) {
+    return 0;
+  }
+  f->cells = &flow->cells;
+  f->K = Na;
+  f->base = flow->cells.d;
+  f->offset = 0.0;
+  f->series_level = 0;
+  f->wr = watch->memory;
+  f->pr = f->wr + Na;
+  f->pi = f->pr + Na;
+  watch->ar = f->pi + 2 * Na;
+  watch->flow = flow;
+  return 1;
+}
+
 int bm_watch_create(bm_watch *watch, const bm_flow *flow) {
+  if (flow->m == BM_CELLS) {
+    return create_cells(watch, flow);
+  }
   int m = flow->m, H = flow->H, K = exponentials(m, H);
   bm_signal *f = &watch->signal;
   watch->memory = calloc((size_t)(4 * K + 2 * m + flow->N + 1), sizeof(double));
@@ -130,6 +187,7 @@ int bm_watch_create(bm_watch *watch, const bm_flow *flow) {
     return 0;
   }
   table_parts t = parts_of((double *)flow->tables, m, H);
+  f->cells = NULL;
   f->K = K;
   f->base = base_of(flow->Omega);
   f->series_level = (int)t.rest[1];
@@ -177,9 +235,46 @@ BM_CLONES static void into_modes(int N, int m, const double *restrict wr,
   }
 }
 
+static void begin_cells(bm_watch *watch, double time, double c,
+                        const double *x) {
+  const bm_flow *flow = watch->flow;
+  int N = flow->N, H = flow->H;
+  double *y = watch->ar;
+  bm_cells_apply(N, N, flow->cells.into, x, y);
+  y[N] = 1.0;
+  y[N + 1] = c;
+  for (int h = 1; h <= H; h++) {
+    y[N + 1 + h] = cos(h * flow->Omega * time);
+    y[N + 1 + H + h] = sin(h * flow->Omega * time);
+  }
+  memcpy(watch->signal.wr, y, (size_t)watch->signal.K * sizeof(double));
+}
+
+/* Whole cells by the table, the rest by series. Uses the signal's scratch: the
+ * phase has ended. */
+static void state_of_cells(const bm_watch *watch, double tau, double *x) {
+  const bm_flow *flow = watch->flow;
+  const bm_signal *f = &watch->signal;
+  double *now = f->wr, *next = f->pr, whole = floor(tau / f->base);
+  memcpy(now, watch->ar, (size_t)f->K * sizeof(double));
+  for (double i = 0.0; i < whole; i += 1.0) {
+    bm_cells_advance(&flow->cells, f->K, 1.0, now, next, f->pi);
+    double *hold = now;
+    now = next;
+    next = hold;
+  }
+  double u = tau / f->base - whole;
+  bm_cells_advance(&flow->cells, f->K, u < 1.0 ? u : 0.0, now, next, f->pi);
+  bm_cells_apply(flow->N, flow->N, flow->cells.out, next, x);
+}
+
 void bm_watch_begin(bm_watch *watch, double time, double c, const double *x) {
   const bm_flow *flow = watch->flow;
   bm_signal *f = &watch->signal;
+  if (f->cells) {
+    begin_cells(watch, time, c, x);
+    return;
+  }
   int m = flow->m, N = flow->N;
   double *ar = watch->ar, *ai = watch->ai, *rest = watch->rest;
   memcpy(rest, x, (size_t)N * sizeof(double));
@@ -205,6 +300,10 @@ void bm_watch_state(const bm_watch *watch, double time, double c, double tau,
                     double *x) {
   const bm_flow *flow = watch->flow;
   int N = flow->N;
+  if (watch->signal.cells) {
+    state_of_cells(watch, tau, x);
+    return;
+  }
   memset(x, 0, (size_t)N * sizeof(double));
   add_forced(flow, time + tau, c, 1.0, x);
   for (int k = 0; k < flow->m; k++) {

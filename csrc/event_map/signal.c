@@ -11,6 +11,7 @@
  */
 #include "signal.h"
 
+#include "cells.h"
 #include "clones.h"
 
 #include <float.h>
@@ -18,7 +19,7 @@
 #include <string.h>
 
 /* Terms of a Taylor series, enough for |lambda| d <= SERIES_REACH. */
-#define TAYLOR_TERMS 32
+#define TAYLOR_TERMS BM_TERMS
 #define SERIES_REACH 1.0
 
 typedef struct {
@@ -76,6 +77,11 @@ BM_CLONES static void end_sums(int K, const double *restrict lr,
 
 static bm_end end_of(const bm_signal *f, const double *xr, const double *xi) {
   double sums[2];
+  if (f->cells) {
+    bm_end end = {bm_cells_taylor(f->cells, f->K, 0, xr, sums), 0.0};
+    end.slope = bm_cells_taylor(f->cells, f->K, 1, xr, sums) / f->base;
+    return end;
+  }
   end_sums(f->K, f->lr, f->li, xr, xi, sums);
   bm_end end = {f->offset + sums[0], sums[1]};
   return end;
@@ -97,9 +103,27 @@ BM_CLONES static void error_sums(int K, const double *restrict wr,
   sums[1] = (size[0] + size[1]) + (size[2] + size[3]);
 }
 
+/* The same for cells: the Taylor series bounds the fourth derivative. */
+static void cell_error(const bm_signal *f, int level, double *error,
+                       double *noise) {
+  double size, sum = 0.0, scale = ldexp(1.0, -4 * level) / 384.0;
+  bm_cells_taylor(f->cells, f->K, 0, f->wr, &size);
+  *noise = 4.0 * DBL_EPSILON * size;
+  for (int j = 4; j < TAYLOR_TERMS; j++, scale = ldexp(scale, -level)) {
+    double c = fabs(bm_cells_taylor(f->cells, f->K, j, f->wr, &size));
+    sum += (c + 4.0 * DBL_EPSILON * size) * scale *
+           ((double)j * (j - 1) * (j - 2) * (j - 3));
+  }
+  *error = sum;
+}
+
 static void error_of(const bm_signal *f, int level, double *error,
                      double *noise) {
   double sums[2];
+  if (f->cells) {
+    cell_error(f, level, error, noise);
+    return;
+  }
   error_sums(f->K, f->wr, f->wi, f->bound + level * f->K, sums);
   *error = sums[0];
   *noise = 4.0 * DBL_EPSILON * (fabs(f->offset) + sums[1]);
@@ -116,6 +140,10 @@ BM_CLONES static void turn(int K, const double *restrict wr,
 }
 
 static void advance_to(const bm_signal *f, int level, double *xr, double *xi) {
+  if (f->cells) {
+    bm_cells_advance(f->cells, f->K, ldexp(1.0, -level), f->wr, xr, xi);
+    return;
+  }
   turn(f->K, f->wr, f->wi, f->er + level * f->K, f->ei + level * f->K, xr, xi);
 }
 
@@ -141,6 +169,15 @@ BM_CLONES static void derive(int K, double scale, const double *restrict lr,
 static bm_taylor taylor(bm_signal *f, double d) {
   bm_taylor t;
   double first = 0.0, sums[2];
+  if (f->cells) {
+    double scale = 1.0;
+    for (int j = 0; j < TAYLOR_TERMS; j++, scale *= d / f->base) {
+      t.c[j] = scale * bm_cells_taylor(f->cells, f->K, j, f->wr, sums);
+      t.noise[j] = 4.0 * DBL_EPSILON * scale * sums[0];
+    }
+    t.terms = TAYLOR_TERMS;
+    return t;
+  }
   memcpy(f->pr, f->wr, (size_t)f->K * sizeof(double));
   memcpy(f->pi, f->wi, (size_t)f->K * sizeof(double));
   for (int j = 0; j < TAYLOR_TERMS; j++) {
@@ -183,6 +220,9 @@ static void step(bm_signal *f) {
   double *hold = f->wr;
   f->wr = f->pr;
   f->pr = hold;
+  if (f->cells) {
+    return;
+  }
   hold = f->wi;
   f->wi = f->pi;
   f->pi = hold;

@@ -2,6 +2,8 @@
 #ifndef BM_SIGNAL_H
 #define BM_SIGNAL_H
 
+#include "beltsim_map.h"
+
 /* Cells have the lengths base 2^-level, level = 0 .. BM_LEVELS - 1. */
 #define BM_LEVELS 30
 
@@ -16,6 +18,7 @@ typedef struct {
   const double *bound;   /* factor of |w_k| in the Hermite error, likewise   */
   double *wr, *wi;    /* coefficients at the start of the present cell (K)   */
   double *pr, *pi;    /* scratch (K)                                         */
+  const bm_cells *cells; /* not NULL: f = rows[0] wr, wr the extended state  */
 } bm_signal;
 
 typedef struct {

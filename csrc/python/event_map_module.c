@@ -99,7 +99,8 @@ static PyObject *propagate(PyObject *self, PyObject *args) {
     return NULL;
   }
   if (n < 1 || n > MOST_COORDINATES || H < 0 || H > MOST_COORDINATES ||
-      m_free < 0 || m_free > 2 * n || m_held < 0 || m_held > 2 * n ||
+      m_free < BM_CELLS || m_free > 2 * n || m_held < BM_CELLS ||
+      m_held > 2 * n ||
       capacity < 1 || capacity > 1000000000 || count < 0 || count > capacity) {
     return PyErr_Format(PyExc_ValueError,
                         "sizes out of range: n %d, H %d, m %d, %d, capacity %lld, "
@@ -152,7 +153,7 @@ static PyObject *flow_reals(PyObject *self, PyObject *args) {
   if (!PyArg_ParseTuple(args, "iii", &N, &m, &H)) {
     return NULL;
   }
-  if (N < 0 || N > 2 * MOST_COORDINATES || m < 0 || m > N || H < 0 ||
+  if (N < 0 || N > 2 * MOST_COORDINATES || m < BM_CELLS || m > N || H < 0 ||
       H > MOST_COORDINATES) {
     return PyErr_Format(PyExc_ValueError, "sizes out of range: N %d, m %d, H %d",
                         N, m, H);

@@ -92,7 +92,7 @@ def test_read_only_buffer_is_refused(name):
 
 @pytest.mark.parametrize(
     ("name", "value"),
-    [("n", 0), ("n", -1), ("n", 30000), ("H", -1), ("H", 10**6), ("m_free", 7), ("m_free", -1),
+    [("n", 0), ("n", -1), ("n", 30000), ("H", -1), ("H", 10**6), ("m_free", 7), ("m_free", -2),
      ("m_held", 9), ("capacity", 0), ("capacity", 10**12), ("count", -1), ("count", 51)],
 )  # fmt: skip
 def test_sizes_out_of_range_are_refused(name, value):

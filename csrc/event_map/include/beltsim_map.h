@@ -13,6 +13,11 @@
  *
  *   s(t) = row x + Re sum_h D_h exp(i h Omega t) + d_c c.
  *
+ * A flow without good eigenvectors (defective, nearly so, at rest or at a
+ * resonance) comes as cells instead: the matrix of the extended state
+ * y = (in x, 1, c, cos h Omega t .., sin h Omega t ..), its exponential over a
+ * cell, and the signal's Taylor rows. Its m is BM_CELLS.
+ *
  * All arrays are row-major and belong to the caller; nothing is kept after a
  * call. No function prints, allocates more than its workspace, or calls back.
  */
@@ -31,6 +36,19 @@ typedef enum {
   BM_NOT_FINITE = -3   /* the state left the range of double                 */
 } bm_status;
 
+/* Amplitudes of a flow that comes as cells. */
+#define BM_CELLS (-1)
+/* Terms of every Taylor series, enough for a cell. */
+#define BM_TERMS 32
+
+/* What stands for the modes; Na = N + 2 + 2H reals in the extended state. */
+typedef struct {
+  double d;                    /* length of a cell: |A| d <= 1               */
+  const double *into, *out;    /* x to the first N of y and back, transposed */
+  const double *A, *E;         /* A d and exp(A d), transposed (Na, Na)      */
+  const double *rows;          /* Taylor rows of the signal (BM_TERMS, Na)   */
+} bm_cells;
+
 /* One linear flow; m amplitudes, H harmonics, N reals of state. Complex arrays
  * come as separate real and imaginary parts, laid out as the loops read them. */
 typedef struct {
@@ -47,6 +65,7 @@ typedef struct {
   const double *D_re, *D_im;   /* direct part of the signal (H + 1)          */
   double d_c;                  /* direct part of the constant load           */
   const double *tables;        /* what bm_flow_prepare derives from the rest */
+  bm_cells cells;              /* used when m is BM_CELLS                    */
 } bm_flow;
 
 /* A run: what is solved, and where it stands. Time is counted in whole
@@ -96,7 +115,8 @@ typedef struct {
 } bm_events;
 
 /* Reals in a packed flow: the arrays of bm_flow one after the other, then d_c;
- * that many are the caller's. Then room for the tables: `reals` in all. */
+ * that many are the caller's. Then room for the tables: `reals` in all. With m
+ * BM_CELLS: into, out, A, E, rows, row, D_re, D_im, d_c, d and no tables. */
 int64_t bm_flow_inputs(int N, int m, int H);
 int64_t bm_flow_reals(int N, int m, int H);
 

@@ -26,6 +26,7 @@ static bm_signal signal_of(double base, double offset, int count,
   f.wi = f.wr + SIZE;
   f.pr = f.wi + SIZE;
   f.pi = f.pr + SIZE;
+  f.cells = NULL;
   f.K = SIZE;
   f.base = base;
   f.offset = offset;
