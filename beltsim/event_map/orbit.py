@@ -140,6 +140,13 @@ class _Search:
             inverse=inverse,
         )
 
+    def rested(self, state: FloatArray) -> FloatArray:
+        """`state` with the joint exactly at rest, when the period ends in stick."""
+        if self.run.final_mode == 0 and isinstance(self.problem.friction, Coulomb):
+            state = state.copy()
+            state[self.problem.n + (self.problem.joint or 0)] = 0.0
+        return state
+
     def after(self, stretch: int) -> _Search:
         """The search after following the motion itself over `stretch` of its periods."""
         length = stretch * self.periods
@@ -177,7 +184,8 @@ def _search(
         else:
             search = search.after(stretch)
             stretch = min(2 * stretch, 256)
-    return search
+    rested = search.rested(search.state)
+    return search if np.array_equal(rested, search.state) else search.at(rested, 0.0)
 
 
 def _newton(search: _Search) -> _Search | None:
@@ -192,9 +200,7 @@ def _newton(search: _Search) -> _Search | None:
             inverse = _inverse(problem, np.eye(2 * n) - search.derivative())
         except np.linalg.LinAlgError:
             return None
-    state = search.state + inverse @ (search.image - search.state)
-    if search.run.initial_mode == 0 and isinstance(problem.friction, Coulomb):
-        state[n + (problem.joint or 0)] = 0.0  # a joint that starts in stick is at rest
+    state = search.rested(search.state + inverse @ (search.image - search.state))
     if not np.isfinite(state).all():
         return None
     found = search.at(state, 0.0, inverse)
@@ -357,6 +363,16 @@ def rms(orbit: Response) -> FloatArray:
 
 def _failure(law: FrictionLaw | None, searches: list[_Search], settings: Settings) -> Exception:
     best = min(searches, key=lambda search: search.residual)
+    n = best.problem.n
+    change = best.image - best.state
+    speed = float(np.abs(best.image[n:]).max())
+    if best.sign > 0.0 and float(np.abs(change[n:]).max()) <= 1e-9 * speed:
+        drift = float(np.abs(change[:n]).max())
+        text = (
+            f"the velocities repeat but the position drifts by {drift:.3g} per period: nothing "
+            "holds the mean place of the joint. Add stiffness, or look at a transient"
+        )
+        return NotPeriodicError(text)
     residual = f"residual {best.residual:.3g} after {best.followed:g} forcing periods"
     if isinstance(law, Coulomb) and law.Q_s is not None and law.Q_s > law.Q_m:
         text = (
