@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import runpy
 import subprocess
 import sys
 import tomllib
@@ -15,6 +16,8 @@ from docs import blocks
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = blocks.pages()
+#: Pages whose links are checked as well; their commands belong to other tests.
+MORE = [ROOT / "CHANGELOG.md", ROOT / "CONTRIBUTING.md", ROOT / "validation" / "README.md"]
 LANGUAGES = {"python", "text", "console", "sh", "toml", "math", "mermaid"}
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)|<(https?://[^>]+)>")
 
@@ -102,7 +105,7 @@ def test_sh_blocks_name_verbs_that_run_has(page: Path):
             assert set(used) <= known, f"{used} not among {known}"
 
 
-@page_by_page
+@pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
 def test_links_resolve(page: Path):
     for target, _ in LINK.findall(page.read_text()):
         if not target or target.startswith(("http://", "https://")):
@@ -122,7 +125,7 @@ def anchors(text: str) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in titles}
 
 
-@page_by_page
+@pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
 def test_pages_name_no_place_on_somebodys_machine(page: Path):
     found = re.findall(r"(?<![\w.])/(?:home|root|tmp|work|mnt|opt|Users)\b\S*", page.read_text())
     assert not found
@@ -140,6 +143,23 @@ def test_formulas_survive_rendering(page: Path):
                 f"{page.name}: {formula}"
             )
             assert not (line.startswith("|") and "|" in formula), f"{page.name}: {formula}"
+
+
+@pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
+def test_commands_in_prose_can_be_read(page: Path):
+    """Commands that are only mentioned: verb and options exist."""
+    from beltsim.cli.arguments import parser
+    from validation.run import _options
+
+    text = blocks.FENCE.sub("", page.read_text())
+    mentioned = re.findall(r"`beltsim ((?!--)[^`]+)`", text)
+    for command in (each for all_of in mentioned for each in all_of.split(" | ")):
+        words = command.split()
+        if words[0] == "validate":
+            _options(words[1:])
+        else:
+            needs_file = words in (["modes"], ["run"], ["plot"])
+            parser().parse_args([*words, "FILE"] if needs_file else words)
 
 
 @page_by_page
@@ -198,6 +218,17 @@ def test_den_hartog_example_meets_the_closed_form():
     assert "rests)" in printed, "one row with rests"
 
 
+def test_figure_of_the_drive_can_be_drawn_again(tmp_path: Path):
+    script = runpy.run_path(str(ROOT / "docs" / "figures" / "drive.py"))
+    script["main"](tmp_path / "drive.png")
+    assert (tmp_path / "drive.png").stat().st_size > 10_000
+
+
+def test_picture_of_readme_is_small():
+    assert (ROOT / "docs" / "figures" / "arm.png").stat().st_size < 150_000
+    assert (ROOT / "docs" / "figures" / "drive.png").stat().st_size < 150_000
+
+
 def test_first_run_example_prints_what_readme_prints():
     """The ten lines of README are the example, so that they cannot drift apart."""
     readme = (ROOT / "README.md").read_text()
@@ -205,7 +236,8 @@ def test_first_run_example_prints_what_readme_prints():
     source = (ROOT / "examples" / "first_run.py").read_text()
     body = source.split('"""', 2)[2].strip()
     assert body == shown[0].strip()
-    run_example("first_run.py")
+    outputs = [block.text for block in blocks.blocks_of(readme) if block.language == "text"]
+    assert blocks.agrees(outputs[0], run_example("first_run.py"))
 
 
 def run_example(name: str) -> str:

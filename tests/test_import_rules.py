@@ -270,3 +270,14 @@ def test_the_checker_of_loaded_packages_sees_them():
 
 def test_a_problem_needs_numpy_alone():
     assert loaded_after("import beltsim; beltsim.FrictionProblem, beltsim.Response") == {"numpy"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"], ["no-such-verb"]])
+def test_the_command_starts_without_anything_heavy(words):
+    code = f"""
+from beltsim.cli import main
+try:
+    main({words!r})
+except SystemExit:
+    pass"""
+    assert loaded_after(code) == set()

@@ -60,7 +60,7 @@ def whole_file(path: str | Path) -> Iterator[Path]:
 
 
 def require_writable(folder: str | Path) -> Path:
-    """Make `folder` where it is missing, and prove that a file can be made in it.
+    """Prove that a file can be made in `folder`, which need not exist yet; leave no trace.
 
     Raises
     ------
@@ -70,10 +70,12 @@ def require_writable(folder: str | Path) -> Path:
     Examples
     --------
     >>> import tempfile
-    >>> require_writable(tempfile.mkdtemp()).is_dir()
-    True
+    >>> place = require_writable(tempfile.mkdtemp() + "/new")
+    >>> place.exists()
+    False
     """
     place = Path(folder)
+    missing = [part for part in (place, *place.parents) if not part.exists()]
     probe = place / f".beltsim-{secrets.token_hex(6)}"
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -82,6 +84,10 @@ def require_writable(folder: str | Path) -> Path:
     except OSError as error:
         text = f"output folder {place} cannot be written to ({_reason(error)}); choose another"
         raise ResultFileError(text) from error
+    finally:
+        with suppress(OSError):
+            for part in missing:
+                part.rmdir()
     return place
 
 

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from beltsim import linear
-from beltsim.friction import FrictionLaw
 from beltsim.metrics.hub_loads import newtons, steady_hub_loads
 from beltsim.metrics.mode_kind import ModeKind, mode_kind
 from beltsim.model.assemble import assemble_driven, chain
@@ -23,6 +22,7 @@ from beltsim.problem import FrictionProblem
 
 if TYPE_CHECKING:
     from beltsim.drive import Drive
+    from beltsim.friction import FrictionLaw
     from beltsim.model.crank import DrivenSystem
 
 

@@ -117,7 +117,8 @@ class DimensionlessDrive:
     Arrays have one entry per canonical pulley or span. Without a tensioner `arm`
     is None and what belongs to it is 0. `crank_cos` and `crank_sin` (H + 1,) are the Fourier rows
     of the crank's angle in rad, over the fundamental `fundamental_order` per crank revolution.
-    `length_m`, `tension_N` and `time_s` are the scales l, P0 and sqrt(rho l^2/P0).
+    `length_m`, `tension_N` and `time_s` are the scales l, P0 and sqrt(rho l^2/P0), `lever_m` is
+    r_t, or l without a tensioner.
     """
 
     names: tuple[str, ...]
@@ -147,6 +148,7 @@ class DimensionlessDrive:
     length_m: float
     tension_N: float
     time_s: float
+    lever_m: float
 
     def __post_init__(self) -> None:
         for name, value in self.__dict__.copy().items():
@@ -166,7 +168,7 @@ class DimensionlessDrive:
     @property
     def torque_N_m(self) -> float:
         """SI value of one unit of torque, P0 r_t."""
-        return self.tension_N * self.lever * self.length_m
+        return self.tension_N * self.lever_m
 
     @cached_property
     def mu(self) -> FloatArray:
@@ -293,13 +295,14 @@ def _scaled_arm(drive: Drive, layout: Layout, length: float) -> dict[str, Any]:
     tensioner = drive.tensioner
     if tensioner is None or layout.arm_length_m is None:
         zeros = dict.fromkeys(("arm_length", "beta_1", "beta_2", "m_t", "k_s"), 0.0)
-        return {"arm": None, "arm_normal": np.zeros(2), **zeros}
+        return {"arm": None, "arm_normal": np.zeros(2), "lever_m": length, **zeros}
     P0, rho = drive.belt.initial_tension_N, drive.belt.mass_per_length_kg_m
     arm_m = layout.arm_length_m
     return {
         "arm": layout.arm,
         "arm_normal": layout.arm_normal,
         "arm_length": arm_m / length,
+        "lever_m": arm_m,
         "beta_1": layout.beta_1,
         "beta_2": layout.beta_2,
         "m_t": tensioner.arm_inertia_kg_m2 / (rho * arm_m * length**2),

@@ -11,6 +11,7 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include "dense.h"
 #include "vector.h"
 
 #if SUNDIALS_VERSION_MAJOR >= 7
@@ -26,6 +27,7 @@ struct bs_integrator {
   double longest; /* CVODE's step limit: it must see every harmonic; 0: none */
   SUNContext context;
   void *cvode;
+  bs_vector_pool *pool;
   N_Vector y, atol, probe_vector;
   bs_probe probe;
   SUNMatrix matrix;
@@ -135,7 +137,16 @@ static bs_status status_of(int code) {
   }
 }
 
-/* Every return code of SUNDIALS passes here, the injected ones too. */
+/* The linear solver interface numbers its codes anew. */
+static bs_status linear_checked(bs_integrator *it, int code) {
+  if (code == CVLS_SUCCESS) {
+    return BS_OK;
+  }
+  it->code = code;
+  return code == CVLS_MEM_FAIL ? BS_NO_MEMORY : BS_SOLVER_USE;
+}
+
+/* Every return code of SUNDIALS of a run passes here, the injected ones too. */
 static bs_status checked(bs_integrator *it, int code) {
   if (it->faults.solver_call > 0 && --it->faults.solver_call == 0) {
     code = it->faults.solver_code;
@@ -156,17 +167,16 @@ static bs_status checked(bs_integrator *it, int code) {
 static bs_status set_up_vectors(bs_integrator *it,
                                 const bs_settings *settings) {
   const sunindextype size = 2 * (sunindextype)it->system->n;
-  it->y = N_VNew_Serial(size, it->context);
-  if (it->y == NULL) {
+  it->pool = bs_vector_pool_create(it->context, size);
+  if (it->pool == NULL) {
     return BS_NO_MEMORY;
   }
-  bs_vector_speed_up(it->y);
-  it->atol = N_VClone(it->y);
+  it->y = bs_vector_take(it->pool);
+  it->atol = bs_vector_take(it->pool);
   it->probe_vector = bs_vector_probe(it->context, &it->probe);
-  if (it->atol == NULL || it->probe_vector == NULL) {
+  if (it->probe_vector == NULL) {
     return BS_NO_MEMORY;
   }
-  N_VConst(0.0, it->y);
   memcpy(N_VGetArrayPointer_Serial(it->atol), settings->atol,
          (size_t)size * sizeof(double));
   return BS_OK;
@@ -188,10 +198,11 @@ static bs_status set_up_solver(bs_integrator *it, bs_method method) {
   if (it->linear == NULL) {
     return BS_NO_MEMORY;
   }
-  bs_status status =
-      checked(it, CVodeSetLinearSolver(it->cvode, it->linear, it->matrix));
+  bs_dense_speed_up(it->linear);
+  bs_status status = linear_checked(
+      it, CVodeSetLinearSolver(it->cvode, it->linear, it->matrix));
   if (status == BS_OK) {
-    status = checked(it, CVodeSetJacFn(it->cvode, jacobian));
+    status = linear_checked(it, CVodeSetJacFn(it->cvode, jacobian));
   }
   return status;
 }
@@ -272,12 +283,7 @@ void bs_integrator_free(bs_integrator *it) {
   if (it->probe_vector != NULL) {
     N_VFreeEmpty(it->probe_vector);
   }
-  if (it->atol != NULL) {
-    N_VDestroy(it->atol);
-  }
-  if (it->y != NULL) {
-    N_VDestroy(it->y);
-  }
+  bs_vector_pool_free(it->pool);
   if (it->context != NULL) {
     SUNContext_Free(&it->context);
   }
@@ -322,11 +328,16 @@ bs_status bs_integrator_step(bs_integrator *it, double *t) {
   /* the output time only tells CVODE the direction: one internal step */
   bs_status status = checked(it, CVode(it->cvode, *t + it->system->period,
                                        it->y, &reached, CV_ONE_STEP));
+  if (status == BS_OK && it->rhs_status != BS_OK) {
+    /* the fixed-point corrector takes a refusal for slow convergence */
+    status = it->rhs_status;
+  }
   if (status != BS_OK) {
     return status;
   }
   if (!(reached > *t)) {
-    return BS_STUCK_TIME;
+    /* sizes whose squares overflow end in a step of zero */
+    return N_VMaxNorm(it->y) < 1e150 ? BS_STUCK_TIME : BS_NOT_FINITE;
   }
   *t = reached;
   return BS_OK;

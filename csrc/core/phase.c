@@ -21,6 +21,10 @@
  * next term is below 1/17! = 3e-15. */
 enum { LIFT = 16 };
 
+/* A local series spans at most this angle of the highest harmonic: the first
+ * term left out is below 1.5^21/21! = 1e-16. */
+static const double LONGEST_ANGLE = 1.5;
+
 double bs_state_absolute(const bs_core *core, double local) {
   return fma(core->base, core->system.period, local);
 }
@@ -366,8 +370,8 @@ static bs_status series_stretch(bs_core *core, int fresh) {
   const int alone = core->settings.method == BS_TAYLOR;
   rebase(core);
   double longest = system->period;
-  if (system->harmonics > 0) {
-    longest *= 0.5 / system->harmonics;
+  if (system->harmonics > 0) { /* the forcing's own series must be exact too */
+    longest = LONGEST_ANGLE / (system->harmonics * system->load.Omega);
   }
   bs_series_expand(&core->series, system, core->mode, core->t, core->y);
   const double reach =
@@ -377,7 +381,10 @@ static bs_status series_stretch(bs_core *core, int fresh) {
   stretch->start = core->t;
   stretch->end = stretch->step_end = core->t + reach;
   if (!(stretch->step_end > stretch->start)) {
-    return isfinite(reach) ? BS_STUCK_TIME : BS_NOT_FINITE;
+    const double *last =
+        core->series.c + (size_t)BS_SERIES_ORDER * 2 * (size_t)system->n;
+    const int sound = isfinite(reach) && check_finite(core, last) == BS_OK;
+    return sound ? BS_STUCK_TIME : BS_NOT_FINITE;
   }
   stretch->source = BS_FROM_SERIES;
   core->summary.steps++;

@@ -130,8 +130,12 @@ static int first_from(int degree, double *b, int depth, double low, double high,
 
 int bs_roots_first(int degree, const double *bernstein, double *x) {
   double b[BS_ROOTS_DEGREE + 1];
-  memcpy(b, bernstein, (size_t)(degree + 1) * sizeof(double));
-  return first_from(degree, b, 0, 0.0, 1.0, x);
+  int alive = 0;
+  for (int i = 0; i <= degree; i++) {
+    b[i] = bernstein[i];
+    alive |= b[i] != 0.0;
+  }
+  return alive && first_from(degree, b, 0, 0.0, 1.0, x);
 }
 
 /* Places where -b falls through zero, i.e. where b rises: minima of the

@@ -17,8 +17,8 @@ void bs_roots_shift(int degree, double *power, double at, double width);
 
 /* First x in [0, 1] where a polynomial that is positive before it reaches
  * zero. Returns 1 and sets *x, or 0 when it stays positive. A polynomial that
- * starts at or below zero has its root at 0. Roots that only rounding could
- * tell from a touch are not returned. */
+ * starts at or below zero has its root at 0; one that is zero throughout has
+ * none. Roots that only rounding could tell from a touch are not returned. */
 int bs_roots_first(int degree, const double *bernstein, double *x);
 
 /* Minima inside (0, 1) with p < limit: writes at most `capacity` of them, in

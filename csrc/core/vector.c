@@ -1,17 +1,13 @@
 #include "vector.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
+
+#include "clones.h"
 
 #define DATA(v) N_VGetArrayPointer_Serial(v)
 #define LENGTH(v) (((N_VectorContent_Serial)(v)->content)->length)
-
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
-    defined(__linux__) && !defined(BELTSIM_NO_CLONES)
-#define BS_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define BS_CLONES
-#endif
 
 /* Elements do not depend on each other, also where z is x. */
 #if defined(__GNUC__) && !defined(__clang__)
@@ -170,22 +166,99 @@ static int op_scale_array(int count, sunrealtype *c, N_Vector *X, N_Vector *Z) {
   return 0;
 }
 
-void bs_vector_speed_up(N_Vector v) {
-  v->ops->nvlinearsum = op_linear_sum;
-  v->ops->nvconst = op_const;
-  v->ops->nvprod = op_prod;
-  v->ops->nvdiv = op_div;
-  v->ops->nvscale = op_scale;
-  v->ops->nvabs = op_abs;
-  v->ops->nvinv = op_inv;
-  v->ops->nvaddconst = op_add_const;
-  v->ops->nvmaxnorm = op_max_norm;
-  v->ops->nvmin = op_min;
-  v->ops->nvwrmsnorm = op_wrms_norm;
-  v->ops->nvlinearcombination = op_linear_combination;
-  v->ops->nvscaleaddmulti = op_scale_add_multi;
-  v->ops->nvscalevectorarray = op_scale_array;
+/* --- the pool ------------------------------------------------------------- */
+
+typedef struct {
+  struct _generic_N_Vector vector; /* first: an N_Vector points here */
+  struct _N_VectorContent_Serial content;
+  bs_vector_pool *pool;
+  int used;
+} pool_entry;
+
+struct bs_vector_pool {
+  struct _generic_N_Vector_Ops ops; /* shared by all */
+  SUNContext context;
+  double *data;
+  pool_entry entry[BS_VECTOR_ROOM];
+};
+
+static N_Vector op_clone(N_Vector w) {
+  return bs_vector_take(((pool_entry *)w)->pool);
 }
+
+static void op_destroy(N_Vector v) {
+  ((pool_entry *)v)->used = 0;
+}
+
+static void set_operations(N_Vector_Ops ops) {
+  ops->nvclone = op_clone;
+  ops->nvdestroy = op_destroy;
+  ops->nvlinearsum = op_linear_sum;
+  ops->nvconst = op_const;
+  ops->nvprod = op_prod;
+  ops->nvdiv = op_div;
+  ops->nvscale = op_scale;
+  ops->nvabs = op_abs;
+  ops->nvinv = op_inv;
+  ops->nvaddconst = op_add_const;
+  ops->nvmaxnorm = op_max_norm;
+  ops->nvmin = op_min;
+  ops->nvwrmsnorm = op_wrms_norm;
+  ops->nvlinearcombination = op_linear_combination;
+  ops->nvscaleaddmulti = op_scale_add_multi;
+  ops->nvscalevectorarray = op_scale_array;
+}
+
+bs_vector_pool *bs_vector_pool_create(SUNContext context, sunindextype length) {
+  N_Vector model = N_VNewEmpty_Serial(length, context);
+  bs_vector_pool *pool = calloc(1, sizeof *pool);
+  double *data = calloc((size_t)length * BS_VECTOR_ROOM, sizeof *data);
+  if (model == NULL || pool == NULL || data == NULL) {
+    free(pool);
+    free(data);
+    pool = NULL;
+  } else {
+    pool->ops = *model->ops;
+    set_operations(&pool->ops);
+    pool->context = context;
+    pool->data = data;
+    for (int i = 0; i < BS_VECTOR_ROOM; i++) {
+      pool_entry *entry = &pool->entry[i];
+      entry->content.length = length;
+      entry->content.own_data = SUNFALSE;
+      entry->content.data = data + (size_t)i * (size_t)length;
+      entry->vector.content = &entry->content;
+      entry->vector.ops = &pool->ops;
+      entry->vector.sunctx = context;
+      entry->pool = pool;
+    }
+  }
+  if (model != NULL) {
+    N_VDestroy(model);
+  }
+  return pool;
+}
+
+void bs_vector_pool_free(bs_vector_pool *pool) {
+  if (pool != NULL) {
+    free(pool->data);
+    free(pool);
+  }
+}
+
+N_Vector bs_vector_take(bs_vector_pool *pool) {
+  for (int i = 0; i < BS_VECTOR_ROOM; i++) {
+    pool_entry *entry = &pool->entry[i];
+    if (!entry->used) {
+      entry->used = 1;
+      op_const(0.0, &entry->vector);
+      return &entry->vector;
+    }
+  }
+  return NULL;
+}
+
+/* --- the probe ------------------------------------------------------------ */
 
 static int probe_combination(int count, sunrealtype *c, N_Vector *X,
                              N_Vector z) {

@@ -9,8 +9,18 @@
 
 #include <nvector/nvector_serial.h>
 
-/* Replace the operations of a serial vector; its clones inherit them. */
-void bs_vector_speed_up(N_Vector v);
+/* All vectors of one solver live in one block, allocated once: SUNDIALS 6.4
+ * does not survive a clone that fails, so clones must not be able to fail. */
+typedef struct bs_vector_pool bs_vector_pool;
+
+/* Room for BS_VECTOR_ROOM vectors of `length` entries; NULL: no memory. */
+enum { BS_VECTOR_ROOM = 48 };
+bs_vector_pool *bs_vector_pool_create(SUNContext context, sunindextype length);
+void bs_vector_pool_free(bs_vector_pool *pool);
+
+/* A vector from the pool, zero; clones of it come from the pool too. NULL: the
+ * pool is used up. Give it back by N_VDestroy, or all with the pool. */
+N_Vector bs_vector_take(bs_vector_pool *pool);
 
 /* A probe is the image of a vector under a linear functional, row.x. A linear
  * combination written into it keeps the terms: CVodeGetDky then hands out the

@@ -20,6 +20,7 @@ import beltsim
 from beltsim.drive import Layout
 
 ROOT = Path(__file__).resolve().parents[2]
+PICTURE = Path(__file__).with_suffix(".png")
 BELT, ARM, SIGN, FORCE = "#333333", "#b5651d", "#1f5fa8", "#b03060"
 
 
@@ -58,27 +59,19 @@ def turn(
     arrow(ax, tip, 0.002 * tangent, colour)
 
 
-def contacts(layout: Layout, i: int) -> tuple[np.ndarray, np.ndarray]:
-    """Contact points of span i on its two pulleys: c - side r v."""
-    j = (i + 1) % len(layout.radius_m)
-    offset = layout.normal[i] * np.array([[layout.side[i] * layout.radius_m[i]],
-                                          [layout.side[j] * layout.radius_m[j]]])  # fmt: skip
-    return layout.center_m[i] - offset[0], layout.center_m[j] - offset[1]
-
-
 def draw_belt(ax: Axes, layout: Layout) -> None:
     """Pulleys, spans, wraps and the arm."""
     for j, (centre, radius) in enumerate(zip(layout.center_m, layout.radius_m, strict=True)):
         ax.add_patch(Circle(centre, radius, facecolor="#eef1f4", edgecolor="#9aa5b1", lw=1.0))
         ax.plot(*centre, "+", color="#9aa5b1", ms=5)
-        arrive, leave = contacts(layout, j - 1)[1] - centre, contacts(layout, j)[0] - centre
+        arrive, leave = layout.span_end_m[j - 1] - centre, layout.span_start_m[j] - centre
         first = np.arctan2(arrive[1], arrive[0])
         angles = first + layout.side[j] * np.linspace(0.0, layout.wrap_rad[j], 80)
         ax.plot(centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles),
                 color=BELT, lw=2.2)  # fmt: skip
         assert np.allclose(leave, radius * np.array([np.cos(angles[-1]), np.sin(angles[-1])]))
     for i in range(len(layout.radius_m)):
-        ax.plot(*np.transpose(contacts(layout, i)), color=BELT, lw=2.2)
+        ax.plot(*np.transpose([layout.span_start_m[i], layout.span_end_m[i]]), color=BELT, lw=2.2)
     pivot, centre = layout.pivot_m, layout.center_m[layout.arm]
     ax.plot(*np.transpose([pivot, centre]), color=ARM, lw=4, alpha=0.75, solid_capstyle="round")
     ax.plot(*pivot, "o", color=ARM, ms=7, zorder=6)
@@ -96,7 +89,7 @@ def draw_overview(ax: Axes, layout: Layout) -> None:
         beside = np.array([0.045, 0.0]) if j == 2 else np.array([0.0, -0.015])
         write(ax, centre + beside, rf"$\theta_{j + 1}$", SIGN)
     for i, (along, normal) in enumerate(zip(layout.direction, layout.normal, strict=True)):
-        start, end = contacts(layout, i)
+        start, end = layout.span_start_m[i], layout.span_end_m[i]
         middle = 0.5 * (start + end)
         arrow(ax, middle, 0.055 * along, SIGN, f"$u_{i + 1}$", aside=0.014)
         arrow(ax, middle, 0.03 * normal, SIGN, f"$v_{i + 1}$", aside=0.012)
@@ -128,15 +121,15 @@ def draw_arm(ax: Axes, layout: Layout) -> None:
     turn(ax, pivot, layout.arm_length_m * 0.62, base - 8, base + 12, ARM)
     write(ax, pivot + np.array([0.058, 0.022]), r"$\theta_t$", ARM)
     write(ax, pivot + np.array([0.0, 0.015]), "pivot $b$", ARM)
-    first, second = contacts(layout, 0)[1], contacts(layout, 1)[0]  # of pulley T
+    first, second = layout.span_end_m[0], layout.span_start_m[1]  # on pulley T
     arrow(ax, first, -0.05 * layout.direction[0], FORCE, "$T_1$", aside=0.010)
     arrow(ax, second, 0.05 * layout.direction[1], FORCE, "$T_2$", aside=0.010)
     ax.set_xlim(0.185, 0.445)
     ax.set_ylim(-0.01, 0.145)
 
 
-def main() -> None:
-    """Draw both panels and write the picture beside this file."""
+def main(path: Path = PICTURE) -> None:
+    """Draw both panels and write the picture, beside this file unless told otherwise."""
     layout = beltsim.load_drive(ROOT / "examples" / "zhu_parker_2008.toml").layout
     mpl.rcParams.update({"mathtext.fontset": "cm", "font.size": 10})
     figure, (left, right) = plt.subplots(
@@ -147,7 +140,8 @@ def main() -> None:
     for ax in (left, right):
         ax.set_aspect("equal")
         ax.axis("off")
-    figure.savefig(Path(__file__).with_suffix(".png"), dpi=110)
+    figure.savefig(path, dpi=110)
+    plt.close(figure)
 
 
 if __name__ == "__main__":

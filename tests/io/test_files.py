@@ -84,9 +84,10 @@ def test_a_folder_below_a_file_is_refused(tmp_path):
         save(responses.bare(), blocker / "out" / "r.nc")
 
 
-def test_a_missing_folder_is_made(tmp_path):
-    assert require_writable(tmp_path / "a" / "b").is_dir()
-    assert list((tmp_path / "a" / "b").iterdir()) == []
+def test_a_missing_folder_is_tried_and_leaves_no_trace(tmp_path):
+    assert require_writable(tmp_path / "a" / "b") == tmp_path / "a" / "b"
+    require_writable(tmp_path)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_whole_file_replaces(tmp_path):
@@ -128,8 +129,11 @@ def test_scrambled_bytes_never_escape_as_another_error(result):
 def test_foreign_files_are_refused(tmp_path, read):
     with pytest.raises(ResultFileError, match="no such file"):
         read(tmp_path / "missing.nc")
-    with pytest.raises(ResultFileError, match="no such file"):
+    with pytest.raises(ResultFileError, match="is no result file"):
         read(tmp_path)
+    os.mkfifo(tmp_path / "pipe.nc")
+    with pytest.raises(ResultFileError, match="is no result file"):
+        read(tmp_path / "pipe.nc")
     text = tmp_path / "drive.toml"
     text.write_text("name = 'x'")
     with pytest.raises(ResultFileError, match="is no result file: it is not netCDF"):

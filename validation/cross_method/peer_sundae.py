@@ -88,7 +88,11 @@ class _Peer:
 
     def segment(self, mode: int, t: float, end: float, y: np.ndarray) -> tuple[float, np.ndarray]:
         """Integrate in one mode up to its end or to `end`; where it stopped."""
-        from sksundae.cvode import CVODE
+        try:
+            from sksundae.cvode import CVODE
+        except ModuleNotFoundError as error:
+            message = "this peer needs scikit-sundae: pip install scikit-sundae"
+            raise RuntimeError(message) from error
 
         watch, number = self.watches(mode)
         watch.terminal = [True] * number  # type: ignore[attr-defined]

@@ -1,0 +1,185 @@
+"""The words and options that the command understands.
+
+Numbers are only read here; whether they can be used is decided by what uses them, so that one run
+shows every mistake. Defaults are filled in by `beltsim.cli.operation`, which must know what was
+given and what was not.
+
+Depends on: nothing.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import NoReturn
+
+import beltsim
+
+#: Folder for what `run` and `plot` write.
+OUT = "beltsim-out"
+#: Methods of the integrator; the settings of `beltsim.transient` decide.
+METHODS = ("auto", "adams", "bdf", "taylor")
+
+_STATUS = (
+    "exit status: 0 done; 1 computed, but it failed or disagrees; 2 bad input; 130 interrupted"
+)
+_FILE_HELP = "drive file (TOML, or JSON with the same keys), or a result of `beltsim run`"
+
+
+class _Parser(argparse.ArgumentParser):
+    """An argument parser whose complaint is one line."""
+
+    def error(self, message: str) -> NoReturn:
+        sys.stderr.write(f"beltsim: {message} (see {self.prog} --help)\n")
+        self.exit(2)
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the whole command."""
+    top = _Parser(
+        prog="beltsim",
+        description="Serpentine belt drives whose tensioner arm rubs on its pivot.",
+        epilog=_STATUS,
+        allow_abbrev=False,
+    )
+    top.add_argument("--version", action="version", version=f"beltsim {beltsim.__version__}")
+    verbs = top.add_subparsers(dest="verb", required=True, metavar="VERB", parser_class=_Parser)
+    _modes(verbs)
+    _run(verbs)
+    _plot(verbs)
+    _init(verbs)
+    _verb(verbs, "schema", "print the JSON schema of drive files")
+    _verb(verbs, "validate", "compare with closed forms, other solvers and printed numbers")
+    return top
+
+
+def _verb(verbs: argparse._SubParsersAction[_Parser], name: str, text: str) -> _Parser:
+    sentence = text[0].upper() + text[1:] + "."
+    made: _Parser = verbs.add_parser(
+        name, help=text, description=sentence, epilog=_STATUS, allow_abbrev=False
+    )
+    return made
+
+
+def _modes(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    text = "print steady tensions, hub loads, natural frequencies and the torque that locks the arm"
+    verb = _verb(verbs, "modes", text)
+    _add_operation(verb)
+    verb.add_argument(
+        "--count", type=_integer, metavar="N", default=12, help="frequencies to list (default: 12)"
+    )
+
+
+def _run(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    text = "integrate the drive in time, with every stop, reversal and release of the arm located"
+    verb = _verb(verbs, "run", text)
+    _add_operation(verb)
+    solver = verb.add_argument_group("integration")
+    solver.add_argument(
+        "--periods", type=_number, metavar="X", help="length in forcing periods (default: 100)"
+    )
+    solver.add_argument(
+        "--method",
+        choices=METHODS,
+        help="Adams or BDF formulas of CVODE, or Taylor series (default: auto: adams)",
+    )
+    solver.add_argument(
+        "--rtol", type=_number, metavar="X", help="relative tolerance (default: 1e-8)"
+    )
+    solver.add_argument(
+        "--samples", type=_integer, metavar="N", help="samples per period (default: 500)"
+    )
+    solver.add_argument("--max-seconds", type=_number, metavar="X", help="give up after X seconds")
+    _add_output(verb)
+    verb.add_argument("--no-plot", action="store_true", help="draw no pictures")
+
+
+def _plot(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    verb = _verb(verbs, "plot", "draw the layout of a drive file, or all pictures of a result")
+    verb.add_argument("file", metavar="FILE", help=_FILE_HELP)
+    _add_output(verb)
+
+
+def _init(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    verb = _verb(verbs, "init", "write a commented drive file to start from")
+    verb.add_argument(
+        "path",
+        metavar="PATH",
+        nargs="?",
+        default="drive.toml",
+        help="file to write (default: drive.toml); - for standard output",
+    )
+    verb.add_argument("--force", action="store_true", help="replace a file that is there already")
+
+
+def _add_operation(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("file", metavar="FILE", help=_FILE_HELP)
+    point = verb.add_argument_group("operating point (default: that of the file)")
+    speed = point.add_mutually_exclusive_group()
+    speed.add_argument("--rpm", type=_number, metavar="X", help="crank speed, 1/min")
+    speed.add_argument(
+        "--omega", "--Omega", type=_number, metavar="X", help="dimensionless firing frequency"
+    )
+    text = "friction of the arm (default: that of the file; a new kinetic value is also the static)"
+    arm = verb.add_argument_group(text)
+    for option, unit in (("", "N m"), ("static-", "N m")):
+        name = "static" if option else "kinetic"
+        either = arm.add_mutually_exclusive_group()
+        either.add_argument(
+            f"--{option}friction-torque-N-m",
+            type=_number,
+            metavar="X",
+            help=f"{name} friction torque, {unit}",
+        )
+        either.add_argument(
+            f"--Q-{name[0].replace('k', 'm')}",
+            type=_number,
+            metavar="X",
+            help=f"{name} friction torque over P0 r_t",
+        )
+    model = verb.add_argument_group("model")
+    model.add_argument(
+        "--functions",
+        type=_counts,
+        metavar="N",
+        help="sine functions per span, one number or one per span as 4,5,5 (default: 16)",
+    )
+    model.add_argument(
+        "--no-residual-flexibility",
+        action="store_true",
+        default=None,
+        help="leave out the static share of the sines beyond these",
+    )
+
+
+def _add_output(verb: argparse.ArgumentParser) -> None:
+    verb.add_argument("--out", metavar="DIR", help=f"folder for the files (default: {OUT})")
+    verb.add_argument(
+        "--format",
+        choices=("png", "pdf", "svg"),
+        default="png",
+        help="of the pictures (default: png)",
+    )
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no number") from None
+
+
+def _integer(text: str) -> int:
+    try:
+        return int(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text!r} is no integer") from None
+
+
+def _counts(text: str) -> int | list[int]:
+    try:
+        numbers = [int(word) for word in text.split(",")]
+    except ValueError:
+        message = f"{text!r} is neither an integer nor a list such as 4,5,5"
+        raise argparse.ArgumentTypeError(message) from None
+    return numbers if "," in text else numbers[0]
