@@ -9,7 +9,6 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.event_map.flows import flows_of
-from beltsim.event_map.linear_part import ComplexArray
 from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.walk import (
     KIND,
@@ -46,6 +45,18 @@ def sampled(
         x[first:last] = piece.at(tau)
         torque[first:last] = piece.torque_at(tau)
     return x[:, :n], x[:, n:], torque
+
+
+def sampled_orbit(
+    found: list[AnyPiece], n: int, t: FloatArray, half: float | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """As `sampled`; with `half` the pieces end there and the rest is their mirror image."""
+    if half is None:
+        return sampled(found, n, t)
+    second = int(np.searchsorted(t, half, side="right"))
+    parts = sampled(found, n, t[:second]), sampled(found, n, t[second:] - half)
+    q, q_dot, torque = (np.concatenate([a, -b]) for a, b in zip(*parts, strict=True))
+    return q, q_dot, torque
 
 
 def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
@@ -103,46 +114,38 @@ def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> N
     )
 
 
-def window_of(problem: FrictionProblem, found: list[AnyPiece], symmetric: bool = False) -> Window:
+def window_of(
+    problem: FrictionProblem,
+    found: list[AnyPiece],
+    symmetric: bool = False,
+    ends: tuple[FloatArray, FloatArray] | None = None,
+) -> Window:
     """The window that `found` covers, with its work and losses in closed form.
 
-    `symmetric`: `found` is the first half of a motion that repeats with the opposite sign.
+    `symmetric`: `found` is the first half of a motion that repeats with the opposite sign. `ends`:
+    states at both ends of the window, where they are known.
     """
     n, F = problem.n, problem.forcing.coefficients
     work = loss = rubbed = 0.0
     saturated = isinstance(problem.friction, SaturatedCoulomb)
     for piece in found:
-        work += _forcing_work(problem, F, piece)
+        work += float(np.vdot(piece.fourier(len(F))[:, n : 2 * n], F).real)
         loss += piece.quadratic(problem.C, n)
         if saturated:
             rubbed += piece.rubbing(n + (problem.joint or 0))
     first, last = found[0], found[-1]
-    start_state = first.at(np.zeros(1))[0]
-    end, end_state = last.start + last.length, last.at(np.array([last.length]))[0]
-    times = 1.0
-    if symmetric:
-        times, end, end_state = 2.0, first.start + 2.0 * (end - first.start), -end_state
+    times = 2.0 if symmetric else 1.0
+    if ends is None:
+        ends = first.at(np.zeros(1))[0], last.at(np.array([last.length]))[0]
     return Window(
         start=first.start,
-        end=end,
-        start_state=start_state,
-        end_state=end_state,
+        end=first.start + times * (last.start + last.length - first.start),
+        start_state=ends[0],
+        end_state=ends[1],
         forcing_work=times * work,
         viscous_loss=times * loss,
         friction_loss=times * rubbed if saturated else None,
     )
-
-
-def _forcing_work(problem: FrictionProblem, F: ComplexArray, piece: AnyPiece) -> float:
-    """Integral of f.q_dot over a phase: q at its ends, less the integral of f_dot.q."""
-    n, w = problem.n, problem.forcing.Omega * np.arange(len(F))
-    ends = np.array([piece.start, piece.start + piece.length])
-    force = (np.exp(1j * np.multiply.outer(ends, w)) @ F).real
-    q = piece.at(ends - piece.start)[:, :n]
-    # f_dot = Re sum i w F exp(i w t), and the conjugate of exp(i w t) is in the Fourier integral
-    series = piece.fourier(n, len(F))[:, :n]
-    moving = float(np.sum(1j * w[:, None] * F * series.conj()).real)
-    return float(force[1] @ q[1] - force[0] @ q[0]) - moving
 
 
 def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[AnyPiece]:

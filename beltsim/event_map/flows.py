@@ -111,15 +111,13 @@ class _Rates:
     def __init__(self, s: ComplexArray) -> None:
         self.s, self.size = s, np.abs(s)
         self.inverse = 1.0 / np.where(s == 0.0, 1.0, s)
-        self.order = np.argsort(self.size, axis=None)
-        self.sorted = self.size.ravel()[self.order]
+        self.least = float(self.size.min(initial=np.inf))
 
     def integral(self, grown: ComplexArray, d: float) -> ComplexArray:
         """The integrals for `grown` = exp(s d); small s d would cancel and go by series."""
         found: ComplexArray = (grown - 1.0) * self.inverse
-        count = int(np.searchsorted(self.sorted, 0.1 / d)) if d > 0.0 else found.size
-        if count:
-            few = self.order[:count]
+        if self.least * d < 0.1:
+            few = np.flatnonzero(self.size * d < 0.1)
             z = self.s.ravel()[few] * d
             series = np.ones_like(z)
             for k in range(12, 1, -1):
@@ -359,5 +357,4 @@ def _energy(part: LinearPart) -> tuple[FloatArray, FloatArray]:
         floor = part.Omega**2
         into[:n, :n] = (np.sqrt(np.maximum(np.abs(squares), floor))[:, None] * turn.T) @ root.T
         into[n:, n:] = turn.T @ root.T
-    out: FloatArray = np.linalg.inv(into) if n else into
-    return into, out
+    return into, np.asarray(np.linalg.inv(into), dtype=float)

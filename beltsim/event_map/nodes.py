@@ -99,11 +99,11 @@ class NodePiece:
         found: FloatArray = w @ self.at(tau)[:, :n] ** 2
         return found
 
-    def fourier(self, n: int, orders: int) -> ComplexArray:
-        """Integral (orders, n + 1) of coordinates and friction torque times exp(-i k Omega t)."""
+    def fourier(self, orders: int) -> ComplexArray:
+        """Integral (orders, 2n + 1) of state and friction torque times exp(-i k Omega t)."""
         tau, w = self._nodes(orders)
         x = self.at(tau)
-        both = np.column_stack([x[:, :n], self._torque(tau, x)])
+        both = np.column_stack([x, self._torque(tau, x)])
         angle = self.flow.Omega * np.multiply.outer(np.arange(orders), self.start + tau)
         found: ComplexArray = (np.exp(-1j * angle) * w) @ both
         return found

@@ -40,6 +40,8 @@ _FIRST_PERIODS = 3
 _MOST_PERIODS = 4000
 #: Residual below which the derivative of the last step is good enough for the next.
 _CLOSE = 1e-5
+#: Residual that no further step improves.
+_ROUNDING = 3e-15
 
 
 def periodic(
@@ -184,6 +186,10 @@ def _search(
         else:
             search = search.after(stretch)
             stretch = min(2 * stretch, 256)
+    if search.followed < _MOST_PERIODS and search.residual > _ROUNDING:
+        better = _newton(search)  # below the tolerance: down to rounding by one more step
+        if better is not None and better.residual < search.residual:
+            search = better
     rested = search.rested(search.state)
     return search if np.array_equal(rested, search.state) else search.at(rested, 0.0)
 
@@ -265,17 +271,17 @@ def orbit_of(
     symmetric: bool = False,
 ) -> Response:
     """The `Response` of a closed walk, `symmetric` when its second half mirrors the first."""
-    found = list(pieces(problem, run, 0.0, run.end))
-    halves = list(pieces(problem, run, 0.0, 0.5 * run.end)) if symmetric else found
+    half = 0.5 * run.end if symmetric else None
+    found = list(pieces(problem, run, 0.0, run.end if half is None else half))
     coefficients: ComplexArray | None = None
     torque_coefficients: ComplexArray | None = None
     if statistics["multiple"] == 1:
-        coefficients, torque_coefficients = fourier(problem, halves, settings.harmonics, symmetric)
-    window = build.window_of(problem, halves, symmetric)
+        coefficients, torque_coefficients = fourier(problem, found, settings.harmonics, symmetric)
+    window = build.window_of(problem, found, symmetric, (run.initial_state, run.final_state))
     events = build.event_log(problem, run)
     steps = max(1, round(run.end / problem.period * settings.samples_per_period))
     t = np.linspace(0.0, run.end, steps + 1)
-    q, q_dot, torque = build.sampled(found, problem.n, t)
+    q, q_dot, torque = build.sampled_orbit(found, problem.n, t, half)
     speed = float(np.abs(q_dot[:, problem.joint or 0]).max())
     mode = MODES[run.initial_mode]
     return Response(
@@ -319,16 +325,16 @@ def fourier(
     `symmetric`: `found` is half a period, which the other half repeats with the opposite sign.
     """
     orders = max(harmonics + 1, len(problem.forcing.cos))  # the forcing's serve its work too
-    total: Any = np.zeros((orders, problem.n + 1), complex)
+    total: Any = np.zeros((orders, 2 * problem.n + 1), complex)
     for piece in found:
-        total += piece.fourier(problem.n, orders)
+        total += piece.fourier(orders)
     total = total[: harmonics + 1]
     if symmetric:
         total[1::2] *= 2.0
         total[0::2] = 0.0
     total *= 2.0 / problem.period
     total[0] *= 0.5
-    return total[:, :-1], total[:, -1]
+    return total[:, : problem.n], total[:, -1]
 
 
 def rms(orbit: Response) -> FloatArray:

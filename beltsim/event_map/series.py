@@ -88,13 +88,13 @@ class Piece:
         found: FloatArray = 0.5 * both.real
         return found
 
-    def fourier(self, n: int, orders: int) -> ComplexArray:
-        """Integral (orders, n + 1) of coordinates and friction torque times exp(-i k Omega t)."""
+    def fourier(self, orders: int) -> ComplexArray:
+        """Integral (orders, 2n + 1) of state and friction torque times exp(-i k Omega t)."""
         known = self.__dict__.get("_series")  # asked for twice: by the work and by the series
         if known is not None and len(known) >= orders:
             few: ComplexArray = known[:orders]
             return few
-        rows = np.concatenate([self.Z[:n], self.torque[None]])
+        rows = np.concatenate([self.Z, self.torque[None]])
         plain, mixed = self.sums.harmonics(orders, self.length)
         turn = np.exp(-1j * self.sums.Omega * self.start * np.arange(orders))
         found: ComplexArray = 0.5 * turn[:, None] * (plain @ rows.T + mixed @ rows.conj().T)
