@@ -114,15 +114,12 @@ class _Rates:
         self.least = float(self.size.min(initial=np.inf))
 
     def integral(self, grown: ComplexArray, d: float) -> ComplexArray:
-        """The integrals for `grown` = exp(s d); small s d would cancel and go by series."""
+        """The integrals for `grown` = exp(s d); small s d would cancel."""
         found: ComplexArray = (grown - 1.0) * self.inverse
         if self.least * d < 0.1:
             few = np.flatnonzero(self.size * d < 0.1)
             z = self.s.ravel()[few] * d
-            series = np.ones_like(z)
-            for k in range(12, 1, -1):
-                series = 1.0 + z / k * series
-            found.ravel()[few] = d * series
+            found.ravel()[few] = np.where(z == 0.0, d, np.expm1(z) * self.inverse.ravel()[few])
         return found
 
 
