@@ -9,7 +9,7 @@ the oscillators, :math:`y = (x, 1, c, \cos h\Omega t, \sin h\Omega t)`, so that
 exact to rounding. `x` is scaled to energy coordinates (Cholesky factors of K and M), in which the
 free motion of a passive system does not grow.
 
-Depends on: linear_part, checks.
+Depends on: linear_part, binding, checks.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from functools import cached_property
 
 import numpy as np
 
-from beltsim import _event_map
 from beltsim.checks import FloatArray
+from beltsim.event_map import binding
 from beltsim.event_map.linear_part import ComplexArray, LinearPart
 
 #: Terms of a Taylor series, as in beltsim_map.h, and those that matter on a cell.
@@ -135,7 +135,7 @@ class CellFlow:
         parts = [self.scale[0].T, self.scale[1].T, scaled.T, self.step.T, np.array(rows)]
         parts += [part.row, part.D.real, part.D.imag, np.array([part.d_c, self.d])]
         found = np.concatenate([each.ravel() for each in parts])
-        assert len(found) == _event_map.flow_reals(self.N, CELLS, H)[0]
+        assert len(found) == binding.flow_reals(self.N, CELLS, H)[0]
         return found
 
     def extended(self, t: float, c: float, x: FloatArray) -> FloatArray:

@@ -19,7 +19,7 @@ joint's damping.
 A flow whose eigenvectors are too ill-conditioned, or which has an exponent at a harmonic of the
 forcing or at zero, comes in cells instead (`cells.CellFlow`).
 
-Depends on: cells, linear_part, problem, friction, checks.
+Depends on: cells, linear_part, binding, problem, friction, checks.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from beltsim import _event_map
 from beltsim.checks import FloatArray
+from beltsim.event_map import binding
 from beltsim.event_map.cells import CellFlow
 from beltsim.event_map.linear_part import ComplexArray, LinearPart
 from beltsim.friction import SaturatedCoulomb
@@ -152,10 +152,10 @@ class Flow:
         part = self.part
         parts += [self.X_c, part.row, part.D.real, part.D.imag, np.array([part.d_c])]
         sizes = (self.N, self.m, len(self.P) - 1)
-        inputs, reals = _event_map.flow_reals(*sizes)
+        inputs, reals = binding.flow_reals(*sizes)
         packed = np.empty(reals)
         packed[:inputs] = np.concatenate(parts)
-        _event_map.prepare(*sizes, self.Omega, packed)
+        binding.prepare(*sizes, self.Omega, packed)
         return packed
 
     @cached_property

@@ -1,6 +1,6 @@
 """One walk through slip and stick with the C map: raw events and where it ended.
 
-Depends on: flows, the extension `beltsim._event_map`.
+Depends on: flows, binding.
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from beltsim import _event_map
 from beltsim.checks import FloatArray
 from beltsim.errors import CoreError
+from beltsim.event_map import binding
 from beltsim.event_map.flows import Flows, flows_of, inner_flow
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.problem import FrictionProblem
@@ -83,7 +83,7 @@ def walk(
         capacity = min(_CHUNK << min(2 * len(chunks), 9), max_events + 1)
         found_i = np.empty((capacity, 3), dtype=np.int64)
         found_r = np.empty((capacity, width))
-        status, count = _event_map.propagate(
+        status, count = binding.propagate(
             *run, *arrays, found_i, found_r, capacity, 0, whole, (periods - whole) * period
         )
         chunks.append((found_i[:count], found_r[:count]))
