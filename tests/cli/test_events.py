@@ -89,3 +89,27 @@ def test_failed_orbits_are_listed(example, tmp_path, capsys, monkeypatch):
     with xr.open_dataset(tmp_path / "zhu_parker_2008-events.nc", engine="h5netcdf") as data:
         assert np.isnan(data.stick_fraction.values).sum() == 1
         assert data.failure.values[1] == "nothing found"
+
+
+def exactness(text):
+    found = re.search(r"exact map\n +events +(.+)\n +end state +within (\S+) of", text)
+    assert found
+    return found[1], float(found[2])
+
+
+@pytest.mark.parametrize("periods", ["20", "17.37"])
+def test_run_says_how_far_its_last_period_is_from_exact(example, tmp_path, capsys, periods):
+    words = ["--periods", periods, "--functions", "3", "--Q-m", "3.5", "--no-plot"]
+    assert main(["run", example, "--out", str(tmp_path), *words]) == 0
+    events, gap = exactness(capsys.readouterr().out)
+    assert events.startswith("the same, times within")
+    assert 0.0 < gap < 1e-6
+
+
+def test_a_run_that_lost_an_event_is_told(monkeypatch):
+    from support.responses import stick_slip
+
+    from beltsim.cli.exactness import exactness_lines
+
+    lines = "\n".join(exactness_lines(stick_slip()))
+    assert "differ" in lines
