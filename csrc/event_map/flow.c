@@ -1,11 +1,11 @@
 #include "flow.h"
 
-#include "cells.h"
-#include "clones.h"
-
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "cells.h"
+#include "clones.h"
 
 /* x (N) += br vr - bi vi */
 BM_CLONES static void out_of_mode(int N, double br, double bi,
@@ -45,7 +45,9 @@ static double dot(const double *a, const double *b, int n) {
 }
 
 /* Reals in the extended state of a flow in cells. */
-static int extended(int N, int H) { return N + 2 + 2 * H; }
+static int extended(int N, int H) {
+  return N + 2 + 2 * H;
+}
 
 int64_t bm_flow_inputs(int N, int m, int H) {
   if (m == BM_CELLS) {
@@ -59,7 +61,9 @@ int64_t bm_flow_inputs(int N, int m, int H) {
 }
 
 /* Exponentials of the signal, filled up to a multiple of four. */
-static int exponentials(int m, int H) { return (m + H + 3) / 4 * 4; }
+static int exponentials(int m, int H) {
+  return (m + H + 3) / 4 * 4;
+}
 
 /* The tables of a prepared flow. */
 typedef struct {
@@ -69,7 +73,7 @@ typedef struct {
 static table_parts parts_of(double *tables, int m, int H) {
   int K = exponentials(m, H);
   int sizes[] = {K, K, BM_LEVELS * K, BM_LEVELS * K, BM_LEVELS * K,
-                 m, m, H + 1, H + 1, 2};
+                 m, m, H + 1,         H + 1,         2};
   table_parts parts;
   double **each[] = {&parts.lr, &parts.li, &parts.er, &parts.ei, &parts.bound,
                      &parts.gr, &parts.gi, &parts.sr, &parts.si, &parts.rest};
@@ -91,10 +95,11 @@ int64_t bm_flow_reals(int N, int m, int H) {
 static void unpack_cells(bm_flow *flow, const double *packed, int N, int H) {
   int Na = extended(N, H);
   bm_cells *cells = &flow->cells;
-  const double **parts[] = {&cells->into, &cells->out, &cells->A,
+  const double **parts[] = {&cells->into, &cells->out,  &cells->A,
                             &cells->E,    &cells->rows, &flow->row,
                             &flow->D_re,  &flow->D_im};
-  int sizes[] = {N * N, N * N, Na * Na, Na * Na, BM_TERMS * Na, N, H + 1, H + 1};
+  int sizes[] = {N * N,         N * N, Na * Na, Na * Na,
+                 BM_TERMS * Na, N,     H + 1,   H + 1};
   for (int i = 0; i < 8; packed += sizes[i++]) {
     *parts[i] = packed;
   }
@@ -126,7 +131,9 @@ void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
   flow->tables = packed + 1;
 }
 
-static double base_of(double Omega) { return 0.25 * 6.283185307179586 / Omega; }
+static double base_of(double Omega) {
+  return 0.25 * 6.283185307179586 / Omega;
+}
 
 void bm_flow_prepare(double *packed, int N, int m, int H, double Omega) {
   bm_flow flow;

@@ -9,12 +9,12 @@
 typedef struct {
   const bm_flow *flow;
   bm_signal signal;
-  double *ar, *ai;      /* amplitudes at the start of the phase (m)          */
+  double *ar, *ai;       /* amplitudes at the start of the phase (m)          */
   const double *gr, *gi; /* signal per unit amplitude (m)                    */
   const double *sr, *si; /* signal of the forced response (H + 1)            */
-  double s_c;           /* signal per unit constant load                     */
-  double *rest;         /* scratch (N)                                       */
-  double *memory;       /* the one block behind what is written              */
+  double s_c;            /* signal per unit constant load                     */
+  double *rest;          /* scratch (N)                                       */
+  double *memory;        /* the one block behind what is written              */
 } bm_watch;
 
 int bm_watch_create(bm_watch *watch, const bm_flow *flow);

@@ -13,25 +13,27 @@
  * its own. The right-hand side is continuous at its edges, so an exit through
  * an edge always goes on to the other side.
  */
-#include "flow.h"
-
 #include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
+
+#include "flow.h"
 
 enum { KIND_STICK = 0, KIND_REVERSE = 1, KIND_SLIP_POS = 2, KIND_SLIP_NEG = 3 };
 
 typedef struct {
   bm_run *run;
   bm_watch free, held;
-  double *rest;          /* state without the joint (2n - 2)                 */
+  double *rest; /* state without the joint (2n - 2)                 */
   double period;
-  int64_t marked;        /* period in which events are being counted         */
-  double in_period;      /* events since then                                */
+  int64_t marked;   /* period in which events are being counted         */
+  double in_period; /* events since then                                */
 } machine;
 
-static int n_of(const bm_run *run) { return run->free->N / 2; }
+static int n_of(const bm_run *run) {
+  return run->free->N / 2;
+}
 
 /* The state without the joint's position and velocity. */
 static void without_joint(const bm_run *run, const double *x, double *rest) {
@@ -61,8 +63,8 @@ static void with_joint(const bm_run *run, const double *rest, double position,
 static double reaction_of(machine *it) {
   bm_run *run = it->run;
   without_joint(run, run->state, it->rest);
-  double H = bm_flow_signal(run->held, run->time, run->state[run->joint],
-                            it->rest);
+  double H =
+      bm_flow_signal(run->held, run->time, run->state[run->joint], it->rest);
   if (fabs(H) > run->reaction_scale) {
     run->reaction_scale = fabs(H);
   }
@@ -318,23 +320,6 @@ bm_status bm_propagate(bm_run *run, int64_t end_periods, double end_time,
   bm_status status = set_up(&it, run);
   if (status == BM_OK) {
     status = run_machine(&it, end_periods, end_time, events);
-  }
-  tear_down(&it);
-  return status;
-}
-
-bm_status bm_state_after(const bm_run *run, const double *start, double time,
-                         int mode, double tau, double *state) {
-  machine it;
-  bm_run local = *run;
-  bm_status status;
-  local.state = state;
-  local.time = time;
-  local.mode = mode;
-  memcpy(state, start, (size_t)run->free->N * sizeof(double));
-  status = set_up(&it, &local);
-  if (status == BM_OK) {
-    move(&it, begin(&it), tau);
   }
   tear_down(&it);
   return status;

@@ -11,12 +11,12 @@
  */
 #include "signal.h"
 
-#include "cells.h"
-#include "clones.h"
-
 #include <float.h>
 #include <math.h>
 #include <string.h>
+
+#include "cells.h"
+#include "clones.h"
 
 /* Terms of a Taylor series, enough for |lambda| d <= SERIES_REACH. */
 #define TAYLOR_TERMS BM_TERMS
@@ -27,7 +27,7 @@ typedef struct {
 } bm_end;
 
 typedef struct {
-  int terms;           /* until double precision is reached */
+  int terms; /* until double precision is reached */
   double c[TAYLOR_TERMS], noise[TAYLOR_TERMS]; /* and their rounding */
 } bm_taylor;
 
@@ -38,7 +38,8 @@ int bm_signal_series_level(int K, double base, const double *lr,
   for (int k = 0; k < K; k++) {
     fastest = fmax(fastest, hypot(lr[k], li[k]));
   }
-  while (level < BM_LEVELS - 1 && fastest * ldexp(base, -level) > SERIES_REACH) {
+  while (level < BM_LEVELS - 1 &&
+         fastest * ldexp(base, -level) > SERIES_REACH) {
     level++;
   }
   return level;
@@ -147,7 +148,8 @@ static void advance_to(const bm_signal *f, int level, double *xr, double *xi) {
   turn(f->K, f->wr, f->wi, f->er + level * f->K, f->ei + level * f->K, xr, xi);
 }
 
-/* Sums the terms p, then multiplies each by scale lambda: the next derivative. */
+/* Sums the terms p, then multiplies each by scale lambda: the next derivative.
+ */
 BM_CLONES static void derive(int K, double scale, const double *restrict lr,
                              const double *restrict li, double *restrict pr,
                              double *restrict pi, double *restrict sums) {
@@ -346,7 +348,7 @@ static double extremum(const double *b) {
 /* An extremum inside a cleared cell: how near did the cubic come to lo, hi? */
 static void note_margin(bm_exit *out, const double *b, double lo, double hi,
                         double d) {
-  int dips = b[1] < b[0] && b[2] < b[3], peaks = b[1] > b[0] && b[2] > b[3];
+  int dips = b[1] < b[0] && b[2]<b[3], peaks = b[1]> b[0] && b[2] > b[3];
   if (!dips && !peaks) {
     return;
   }
@@ -355,8 +357,8 @@ static void note_margin(bm_exit *out, const double *b, double lo, double hi,
     return;
   }
   double x = extremum(b), y = 1.0 - x;
-  double value = y * y * (y * b[0] + 3.0 * x * b[1]) +
-                 x * x * (3.0 * y * b[2] + x * b[3]);
+  double value =
+      y * y * (y * b[0] + 3.0 * x * b[1]) + x * x * (3.0 * y * b[2] + x * b[3]);
   double gap = fmax(dips ? value - lo : hi - value, 0.0);
   if (gap < out->margin) {
     out->margin = gap;
@@ -446,11 +448,12 @@ bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
       continue;
     }
     int trend = monotone(b, error, noise);
-    int down = trend < 0 && right.value <= lo, up = trend > 0 && right.value >= hi;
+    int down = trend < 0 && right.value <= lo,
+        up = trend > 0 && right.value >= hi;
     int flat = hugs(b, lo, error, noise) || hugs(b, hi, error, noise);
     if (down || up || flat || level == BM_LEVELS - 1) {
-      int leaves = down || up ||
-                   (!flat && (right.value <= lo || right.value >= hi));
+      int leaves =
+          down || up || (!flat && (right.value <= lo || right.value >= hi));
       if (leaves) {
         out.side = down || right.value <= lo ? -1 : 1;
         out.tau += polish(f, level, out.side < 0 ? lo : hi, out.side < 0);

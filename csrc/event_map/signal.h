@@ -9,24 +9,24 @@
 
 /* f(tau) = offset + Re sum_k w_k exp(lambda_k tau), tau from the cell start */
 typedef struct {
-  int K;              /* exponentials, filled up with zeros to a multiple of 4 */
-  double base;        /* length of a cell at level 0                         */
+  int K;       /* exponentials, filled up with zeros to a multiple of 4 */
+  double base; /* length of a cell at level 0                         */
   double offset;
-  int series_level;   /* first level whose cells suit the Taylor series      */
+  int series_level; /* first level whose cells suit the Taylor series      */
   const double *lr, *li; /* exponents (K)                                    */
   const double *er, *ei; /* exp(lambda base 2^-level), (BM_LEVELS, K)        */
   const double *bound;   /* factor of |w_k| in the Hermite error, likewise   */
-  double *wr, *wi;    /* coefficients at the start of the present cell (K)   */
-  double *pr, *pi;    /* scratch (K)                                         */
+  double *wr, *wi; /* coefficients at the start of the present cell (K)   */
+  double *pr, *pi; /* scratch (K)                                         */
   const bm_cells *cells; /* not NULL: f = rows[0] wr, wr the extended state  */
 } bm_signal;
 
 typedef struct {
-  double tau;         /* time of the exit, or the limit asked for            */
-  int side;           /* -1 through lo, +1 through hi, 0 none                */
-  int multiple;       /* the exit is tangent to working precision            */
-  double margin;      /* closest approach of an extremum that was no exit    */
-  double margin_tau;  /* and its time                                        */
+  double tau;        /* time of the exit, or the limit asked for            */
+  int side;          /* -1 through lo, +1 through hi, 0 none                */
+  int multiple;      /* the exit is tangent to working precision            */
+  double margin;     /* closest approach of an extremum that was no exit    */
+  double margin_tau; /* and its time                                        */
 } bm_exit;
 
 /* Fills er, ei and bound, (BM_LEVELS, K) each, for the exponents lr, li (K). */

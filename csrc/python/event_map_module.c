@@ -1,8 +1,9 @@
 /* beltsim._event_map: the exact map for Python. Limited API, buffers only. */
 #define PY_SSIZE_T_CLEAN
+#ifndef Py_LIMITED_API
 #define Py_LIMITED_API 0x030B0000
+#endif
 #include <Python.h>
-
 #include <string.h>
 
 #include "beltsim_map.h"
@@ -14,13 +15,15 @@
  * exception. `least` is the number of items it must hold. */
 static void *buffer_of(PyObject *object, const char *name, const char *format,
                        int writable, Py_ssize_t least, Py_buffer *view) {
-  int flags = PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
+  int flags =
+      PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
   if (PyObject_GetBuffer(object, view, flags) < 0) {
     return NULL;
   }
   const char *found = view->format ? view->format : "B";
-  int same = strcmp(found, format) == 0 ||
-             (format[0] == 'q' && strcmp(found, "l") == 0 && view->itemsize == 8);
+  int same =
+      strcmp(found, format) == 0 ||
+      (format[0] == 'q' && strcmp(found, "l") == 0 && view->itemsize == 8);
   if (!same) {
     PyErr_Format(PyExc_TypeError, "%s: format '%s', must be '%s'", name, found,
                  format);
@@ -34,21 +37,46 @@ static void *buffer_of(PyObject *object, const char *name, const char *format,
   return NULL;
 }
 
-enum { FREE, HELD, REALS, INTEGERS, STATE, EVENT_INTEGERS, EVENT_REALS, BUFFERS };
+enum {
+  FREE,
+  HELD,
+  REALS,
+  INTEGERS,
+  STATE,
+  EVENT_INTEGERS,
+  EVENT_REALS,
+  BUFFERS
+};
 
 static const struct {
   const char *name, *format;
   int writable;
 } KINDS[BUFFERS] = {
-    {"free", "d", 0},    {"held", "d", 0},           {"reals", "d", 1},
-    {"integers", "q", 1}, {"state", "d", 1},         {"event_integers", "q", 1},
+    {"free", "d", 0},        {"held", "d", 0},  {"reals", "d", 1},
+    {"integers", "q", 1},    {"state", "d", 1}, {"event_integers", "q", 1},
     {"event_reals", "d", 1},
 };
 
 /* Columns of `reals` and `integers`, in and out. */
-enum { R_OMEGA, R_Q_M, R_Q_S, R_EVENT_LIMIT, R_TIME, R_REACTION_SCALE, R_SIGMA,
-       R_COUNT };
-enum { I_JOINT, I_PERIODS, I_MODE, I_STARTED, I_MULTIPLICITY, I_FIRST_MODE, I_COUNT };
+enum {
+  R_OMEGA,
+  R_Q_M,
+  R_Q_S,
+  R_EVENT_LIMIT,
+  R_TIME,
+  R_REACTION_SCALE,
+  R_SIGMA,
+  R_COUNT
+};
+enum {
+  I_JOINT,
+  I_PERIODS,
+  I_MODE,
+  I_STARTED,
+  I_MULTIPLICITY,
+  I_FIRST_MODE,
+  I_COUNT
+};
 
 static void release(Py_buffer *views, int count) {
   for (int i = 0; i < count; i++) {
@@ -81,8 +109,8 @@ static void unpack(bm_run *run, const double *reals, const int64_t *integers) {
   run->first_mode = (int)integers[I_FIRST_MODE];
 }
 
-/* propagate(n, H, m_free, m_held, saturated, free, held, reals, integers, state,
- *           event_integers, event_reals, capacity, count, end_periods, end_time)
+/* propagate(n, H, m_free, m_held, saturated, free, held, reals, integers,
+ * state, event_integers, event_reals, capacity, count, end_periods, end_time)
  *   -> (status, count) */
 static PyObject *propagate(PyObject *self, PyObject *args) {
   (void)self;
@@ -93,18 +121,20 @@ static PyObject *propagate(PyObject *self, PyObject *args) {
   Py_buffer views[BUFFERS];
   void *data[BUFFERS];
   if (!PyArg_ParseTuple(args, "iiiiiOOOOOOOLLLd", &n, &H, &m_free, &m_held,
-                        &saturated, &objects[0], &objects[1], &objects[2], &objects[3],
-                        &objects[4], &objects[5], &objects[6], &capacity, &count,
-                        &end_periods, &end_time)) {
+                        &saturated, &objects[0], &objects[1], &objects[2],
+                        &objects[3], &objects[4], &objects[5], &objects[6],
+                        &capacity, &count, &end_periods, &end_time)) {
     return NULL;
   }
   if (n < 1 || n > MOST_COORDINATES || H < 0 || H > MOST_COORDINATES ||
       m_free < BM_CELLS || m_free > 2 * n || m_held < BM_CELLS ||
-      m_held > 2 * n ||
-      capacity < 1 || capacity > 1000000000 || count < 0 || count > capacity) {
-    return PyErr_Format(PyExc_ValueError,
-                        "sizes out of range: n %d, H %d, m %d, %d, capacity %lld, "
-                        "count %lld", n, H, m_free, m_held, capacity, count);
+      m_held > 2 * n || capacity < 1 || capacity > 1000000000 || count < 0 ||
+      count > capacity) {
+    return PyErr_Format(
+        PyExc_ValueError,
+        "sizes out of range: n %d, H %d, m %d, %d, capacity %lld, "
+        "count %lld",
+        n, H, m_free, m_held, capacity, count);
   }
   int inner = saturated ? 2 * n : 2 * n - 2;
   Py_ssize_t least[BUFFERS] = {
@@ -129,7 +159,9 @@ static PyObject *propagate(PyObject *self, PyObject *args) {
   if (integers[I_JOINT] < 0 || integers[I_JOINT] >= n ||
       !(reals[R_OMEGA] > 0.0) || saturated != (reals[R_SIGMA] > 0.0)) {
     release(views, BUFFERS);
-    return PyErr_Format(PyExc_ValueError, "joint out of range, Omega <= 0 or sigma against the law");
+    return PyErr_Format(
+        PyExc_ValueError,
+        "joint out of range, Omega <= 0 or sigma against the law");
   }
   bm_flow free_flow, held_flow;
   bm_flow_unpack(&free_flow, data[FREE], 2 * n, m_free, H, reals[R_OMEGA]);
@@ -155,8 +187,8 @@ static PyObject *flow_reals(PyObject *self, PyObject *args) {
   }
   if (N < 0 || N > 2 * MOST_COORDINATES || m < BM_CELLS || m > N || H < 0 ||
       H > MOST_COORDINATES) {
-    return PyErr_Format(PyExc_ValueError, "sizes out of range: N %d, m %d, H %d",
-                        N, m, H);
+    return PyErr_Format(PyExc_ValueError,
+                        "sizes out of range: N %d, m %d, H %d", N, m, H);
   }
   return Py_BuildValue("LL", (long long)bm_flow_inputs(N, m, H),
                        (long long)bm_flow_reals(N, m, H));
@@ -203,4 +235,6 @@ static struct PyModuleDef module = {PyModuleDef_HEAD_INIT,
                                     .m_methods = methods,
                                     .m_slots = slots};
 
-PyMODINIT_FUNC PyInit__event_map(void) { return PyModuleDef_Init(&module); }
+PyMODINIT_FUNC PyInit__event_map(void) {
+  return PyModuleDef_Init(&module);
+}

@@ -29,11 +29,11 @@
 typedef enum { BM_STICK = 0, BM_SLIP_POS = 1, BM_SLIP_NEG = -1 } bm_mode;
 
 typedef enum {
-  BM_OK = 0,           /* the end of the run was reached                     */
-  BM_FULL = 1,         /* the event buffer is full: drain it and go on       */
-  BM_NO_MEMORY = -1,   /* the workspace could not be allocated               */
-  BM_CHATTER = -2,     /* more events than this system can have              */
-  BM_NOT_FINITE = -3   /* the state left the range of double                 */
+  BM_OK = 0,         /* the end of the run was reached                     */
+  BM_FULL = 1,       /* the event buffer is full: drain it and go on       */
+  BM_NO_MEMORY = -1, /* the workspace could not be allocated               */
+  BM_CHATTER = -2,   /* more events than this system can have              */
+  BM_NOT_FINITE = -3 /* the state left the range of double                 */
 } bm_status;
 
 /* Amplitudes of a flow that comes as cells. */
@@ -43,49 +43,50 @@ typedef enum {
 
 /* What stands for the modes; Na = N + 2 + 2H reals in the extended state. */
 typedef struct {
-  double d;                    /* length of a cell: |A| d <= 1               */
-  const double *into, *out;    /* x to the first N of y and back, transposed */
-  const double *A, *E;         /* A d and exp(A d), transposed (Na, Na)      */
-  const double *rows;          /* Taylor rows of the signal (BM_TERMS, Na)   */
+  double d;                 /* length of a cell: |A| d <= 1               */
+  const double *into, *out; /* x to the first N of y and back, transposed */
+  const double *A, *E;      /* A d and exp(A d), transposed (Na, Na)      */
+  const double *rows;       /* Taylor rows of the signal (BM_TERMS, Na)   */
 } bm_cells;
 
 /* One linear flow; m amplitudes, H harmonics, N reals of state. Complex arrays
- * come as separate real and imaginary parts, laid out as the loops read them. */
+ * come as separate real and imaginary parts, laid out as the loops read them.
+ */
 typedef struct {
-  int N;                       /* reals in the state                         */
-  int m;                       /* modal amplitudes                           */
-  int H;                       /* highest harmonic of the forcing            */
-  double Omega;                /* fundamental frequency                      */
+  int N;        /* reals in the state                         */
+  int m;        /* modal amplitudes                           */
+  int H;        /* highest harmonic of the forcing            */
+  double Omega; /* fundamental frequency                      */
   const double *lambda_re, *lambda_im; /* exponents (m)                      */
-  const double *V_re, *V_im;   /* amplitudes to state, transposed: (m, N)    */
-  const double *W_re, *W_im;   /* state to amplitudes, transposed: (N, m)    */
-  const double *P_re, *P_im;   /* forced response (H + 1, N)                 */
-  const double *X_c;           /* response to a unit constant load (N)       */
-  const double *row;           /* signal row (N)                             */
-  const double *D_re, *D_im;   /* direct part of the signal (H + 1)          */
-  double d_c;                  /* direct part of the constant load           */
-  const double *tables;        /* what bm_flow_prepare derives from the rest */
-  bm_cells cells;              /* used when m is BM_CELLS                    */
+  const double *V_re, *V_im; /* amplitudes to state, transposed: (m, N)    */
+  const double *W_re, *W_im; /* state to amplitudes, transposed: (N, m)    */
+  const double *P_re, *P_im; /* forced response (H + 1, N)                 */
+  const double *X_c;         /* response to a unit constant load (N)       */
+  const double *row;         /* signal row (N)                             */
+  const double *D_re, *D_im; /* direct part of the signal (H + 1)          */
+  double d_c;                /* direct part of the constant load           */
+  const double *tables;      /* what bm_flow_prepare derives from the rest */
+  bm_cells cells;            /* used when m is BM_CELLS                    */
 } bm_flow;
 
 /* A run: what is solved, and where it stands. Time is counted in whole
  * periods and a rest, so that phase does not drift over long runs. */
 typedef struct {
-  const bm_flow *free;     /* joint moving: N = 2n, c = friction torque      */
-  const bm_flow *held;     /* joint at rest: N = 2(n - 1), c = its position; */
-                           /* saturated law: inside the band, N = 2n, c = 0  */
-  double sigma;            /* half width of the band; 0 = set-valued law     */
-  int joint;               /* index of the joint among the n coordinates     */
-  double Q_m, Q_s;         /* kinetic and static friction torque             */
-  double event_limit;      /* events per period that this system can have    */
-  int64_t periods;         /* in, out: forcing periods completed             */
-  double time;             /* in, out: time since then, below one period     */
-  int mode;                /* in, out: a bm_mode, ignored when `started` = 0 */
-  int started;             /* in, out: 0 = decide the mode from the state    */
-  int first_mode;          /* out: what was decided                          */
-  int multiplicity;        /* in, out: order of zero this phase began with   */
-  double reaction_scale;   /* in, out: largest reaction met, at least Q_s    */
-  double *state;           /* in, out: (2n)                                  */
+  const bm_flow *free;   /* joint moving: N = 2n, c = friction torque      */
+  const bm_flow *held;   /* joint at rest: N = 2(n - 1), c = its position; */
+                         /* saturated law: inside the band, N = 2n, c = 0  */
+  double sigma;          /* half width of the band; 0 = set-valued law     */
+  int joint;             /* index of the joint among the n coordinates     */
+  double Q_m, Q_s;       /* kinetic and static friction torque             */
+  double event_limit;    /* events per period that this system can have    */
+  int64_t periods;       /* in, out: forcing periods completed             */
+  double time;           /* in, out: time since then, below one period     */
+  int mode;              /* in, out: a bm_mode, ignored when `started` = 0 */
+  int started;           /* in, out: 0 = decide the mode from the state    */
+  int first_mode;        /* out: what was decided                          */
+  int multiplicity;      /* in, out: order of zero this phase began with   */
+  double reaction_scale; /* in, out: largest reaction met, at least Q_s    */
+  double *state;         /* in, out: (2n)                                  */
 } bm_run;
 
 /* Columns of an event's reals, before its state (2n). */
@@ -101,17 +102,17 @@ enum {
 
 /* Columns of an event's integers. */
 enum {
-  BM_PERIODS,       /* forcing periods completed                              */
-  BM_KIND,          /* 0 stick, 1 reverse, 2 slip+, 3 slip-                   */
-  BM_MULTIPLE,      /* 1: tangent to working precision                        */
+  BM_PERIODS,  /* forcing periods completed                              */
+  BM_KIND,     /* 0 stick, 1 reverse, 2 slip+, 3 slip-                   */
+  BM_MULTIPLE, /* 1: tangent to working precision                        */
   BM_EVENT_INTEGERS
 };
 
 typedef struct {
   int64_t capacity;
-  int64_t count;           /* in, out: rows filled                           */
-  int64_t *integers;       /* (capacity, BM_EVENT_INTEGERS)                  */
-  double *reals;           /* (capacity, BM_EVENT_REALS + 2n)                */
+  int64_t count;     /* in, out: rows filled                           */
+  int64_t *integers; /* (capacity, BM_EVENT_INTEGERS)                  */
+  double *reals;     /* (capacity, BM_EVENT_REALS + 2n)                */
 } bm_events;
 
 /* Reals in a packed flow: the arrays of bm_flow one after the other, then d_c;
@@ -130,10 +131,5 @@ void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
 /* Goes on until `end_periods` and `end_time`, or until a buffer is full. */
 bm_status bm_propagate(bm_run *run, int64_t end_periods, double end_time,
                        bm_events *events);
-
-/* The state (2n) that grows from `start` (2n) in `mode` over `tau`, the phase
- * having begun `time` after a period's start. */
-bm_status bm_state_after(const bm_run *run, const double *start, double time,
-                         int mode, double tau, double *state);
 
 #endif

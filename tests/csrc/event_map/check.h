@@ -15,14 +15,14 @@ static int failures = 0;
     }                                                                 \
   } while (0)
 
-#define NEAR(got, wanted, tolerance)                                         \
-  do {                                                                       \
-    const double got_ = (got), wanted_ = (wanted);                           \
-    if (!(fabs(got_ - wanted_) <= (tolerance))) {                            \
+#define NEAR(got, wanted, tolerance)                                           \
+  do {                                                                         \
+    const double got_ = (got), wanted_ = (wanted);                             \
+    if (!(fabs(got_ - wanted_) <= (tolerance))) {                              \
       fprintf(stderr, "%s:%d: %s = %.17g, wanted %.17g\n", __FILE__, __LINE__, \
-              #got, got_, wanted_);                                          \
-      failures++;                                                            \
-    }                                                                        \
+              #got, got_, wanted_);                                            \
+      failures++;                                                              \
+    }                                                                          \
   } while (0)
 
 #endif

@@ -1,10 +1,9 @@
 /* First exit of a sum of exponentials: every way in which one can be missed. */
-#include "signal.h"
-
 #include <stdlib.h>
 #include <string.h>
 
 #include "check.h"
+#include "signal.h"
 
 #define SIZE 8
 static const double PI = 3.14159265358979323846;
@@ -111,19 +110,20 @@ static void two_roots_in_a_cell(void) {
 
 /* f = t^p (...) from a zero at the start, p = 1, 2, 3 */
 static void zero_at_start(void) {
-  term one = {1.0, 0.0, 1.0, -0.5 * PI};      /* sin t */
+  term one = {1.0, 0.0, 1.0, -0.5 * PI}; /* sin t */
   bm_signal f = signal_of(2.0, 0.0, 1, &one);
   bm_exit out = bm_signal_exit(&f, 0.0, HUGE_VAL, 10.0, 1, -1);
   CHECK(out.side == -1);
   NEAR(out.tau, PI, 1e-14);
 
-  term two[] = {{-1.0, 0.0, 1.0, 0.0}, {-0.3, 0.0, 1.0, 0.0}}; /* 1.3 (1 - cos) */
+  term two[] = {{-1.0, 0.0, 1.0, 0.0},
+                {-0.3, 0.0, 1.0, 0.0}}; /* 1.3 (1 - cos) */
   f = signal_of(2.0, 1.3, 2, two);
   out = bm_signal_exit(&f, 0.0, HUGE_VAL, 6.0, 2, -1);
   CHECK(out.side == 0);
 
   term three[] = {{1.0, 0.0, 1.0, -0.5 * PI}, {-0.5, 0.0, 2.0, -0.5 * PI}};
-  f = signal_of(2.0, 0.0, 2, three);           /* sin t - sin 2t / 2 */
+  f = signal_of(2.0, 0.0, 2, three); /* sin t - sin 2t / 2 */
   out = bm_signal_exit(&f, 0.0, HUGE_VAL, 6.0, 1, -1);
   CHECK(out.multiple); /* the order is higher than was said */
   CHECK(out.side == -1);
