@@ -27,7 +27,18 @@ _HOME = {
     "assemble": "beltsim.model",
     "load": "beltsim.io",
 }
-_MODULES = ("drive", "errors", "io", "linear", "metrics", "model", "plots", "presets", "transient")
+_MODULES = (
+    "drive",
+    "errors",
+    "event_map",
+    "io",
+    "linear",
+    "metrics",
+    "model",
+    "plots",
+    "presets",
+    "transient",
+)
 
 __all__ = [*_HOME, *_MODULES, "__version__"]  # noqa: PLE0604 - keys are strings
 
