@@ -30,6 +30,7 @@ _HOME = {
 _MODULES = (
     "drive",
     "errors",
+    "event_map",
     "harmonic_balance",
     "io",
     "linear",

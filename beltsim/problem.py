@@ -176,6 +176,11 @@ class FrictionProblem:
         """Number of coordinates, the joint included."""
         return len(self.M)
 
+    @cached_property
+    def shared(self) -> dict[str, Any]:
+        """What solvers derive from the linear part alone; `with_friction` passes it on."""
+        return {}
+
     @property
     def period(self) -> float:
         """Forcing period 2 pi / Omega, in the problem's time unit."""
@@ -231,6 +236,7 @@ class FrictionProblem:
         _require_law(friction)
         if self.joint is None:
             raise InvalidProblemError(Mistake("joint", None, "an index, to carry friction"))
+        _ = self.shared  # made before it is passed on
         changed = object.__new__(FrictionProblem)
         changed.__dict__.update(self.__dict__, friction=friction)
         return changed

@@ -350,7 +350,8 @@ def figures(
 def _energy(problem: FrictionProblem, state: FloatArray) -> float:
     """Kinetic plus potential energy of the linear system at `state` (2n,)."""
     q, q_dot = state[: problem.n], state[problem.n :]
-    return 0.5 * float(q_dot @ problem.M @ q_dot + q @ problem.K @ q)
+    with np.errstate(over="ignore", invalid="ignore"):  # of a motion that ran away: inf or nan
+        return 0.5 * float(q_dot @ problem.M @ q_dot + q @ problem.K @ q)
 
 
 def _period_residual(window: Window, n: int, Omega: float, period: float) -> float | None:

@@ -41,6 +41,7 @@ ALLOWED = {
     "__main__": {"cli"},
 }
 EVERYBODY = {"errors", "checks"}
+EXTENSIONS = ("_core", "_event_map")
 LEAVES = {name for name, allowed in ALLOWED.items() if allowed == ANYTHING}
 #: Third parties that only some packages may load.
 KEPT_APART = {
@@ -106,7 +107,7 @@ class Imports(ast.NodeVisitor):
             base = ".".join([*parents, base] if base else parents)
         for alias in node.names:
             name = f"{base}.{alias.name}"
-            known = name in MODULES or alias.name.startswith("_core") or base == "beltsim"
+            known = name in MODULES or alias.name.startswith(EXTENSIONS) or base == "beltsim"
             self.add(name if known else base)
 
     def visit_Call(self, node: ast.Call) -> None:
@@ -143,7 +144,7 @@ def forbidden(module: str, imported: set[str]) -> list[str]:
         if name.split(".")[0] != "beltsim":
             continue
         target = package_of(name)
-        fine = target in EVERYBODY or target == package or target in ("__version__", "_core")
+        fine = target in {*EVERYBODY, *EXTENSIONS, package, "__version__"}
         reachable = target != "cli" if allowed == ANYTHING else target in allowed
         if not (fine or reachable):
             wrong.append(name)
@@ -209,7 +210,8 @@ def test_each_extension_is_imported_by_one_module():
     for name, found in IMPORTS.items():
         for other in found:
             tail = other.rpartition(".")[2]
-            if other.startswith("beltsim.") and tail.startswith("_core") and other not in MODULES:
+            extension = tail.startswith(EXTENSIONS) and other not in MODULES
+            if other.startswith("beltsim.") and extension:
                 users.setdefault(other, []).append(name)
     for extension, modules in users.items():
         assert len(modules) == 1, extension
@@ -270,3 +272,14 @@ def test_the_checker_of_loaded_packages_sees_them():
 
 def test_a_problem_needs_numpy_alone():
     assert loaded_after("import beltsim; beltsim.FrictionProblem, beltsim.Response") == {"numpy"}
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"], ["no-such-verb"]])
+def test_the_command_starts_without_anything_heavy(words):
+    code = f"""
+from beltsim.cli import main
+try:
+    main({words!r})
+except SystemExit:
+    pass"""
+    assert loaded_after(code) == set()

@@ -183,7 +183,7 @@ def test_energy_balance():
 
 
 @given(problem=problems(max_n=8))
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(derandomize=True, deadline=None, max_examples=12)
 def test_figures_agree_with_the_sampled_motion(problem):
     """The figures of an exact run against its velocity, sampled over the last period."""
     run = exact_transient(problem, 3.0)

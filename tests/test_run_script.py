@@ -209,14 +209,16 @@ def test_no_sundials(tree):
 
 def missing_sundials(folder: Path) -> str:
     """What CMake really says about it."""
-    cmake = Path(sys.executable).parent / "cmake"
+    tools = Path(sys.executable).parent
     result = subprocess.run(
         [
-            str(cmake),
+            str(tools / "cmake"),
             "-S",
             str(ROOT),
             "-B",
             str(folder / "cmake"),
+            "-GNinja",
+            f"-DCMAKE_MAKE_PROGRAM={tools / 'ninja'}",
             "-DCMAKE_DISABLE_FIND_PACKAGE_SUNDIALS=ON",
         ],
         capture_output=True,

@@ -46,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
     verbs = top.add_subparsers(dest="verb", required=True, metavar="VERB", parser_class=_Parser)
     _modes(verbs)
     _run(verbs)
+    _events(verbs)
     _plot(verbs)
     _init(verbs)
     _verb(verbs, "schema", "print the JSON schema of drive files")
@@ -92,6 +93,27 @@ def _run(verbs: argparse._SubParsersAction[_Parser]) -> None:
     solver.add_argument("--max-seconds", type=_number, metavar="X", help="give up after X seconds")
     _add_output(verb)
     verb.add_argument("--no-plot", action="store_true", help="draw no pictures")
+
+
+def _events(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    text = "find the exact periodic motions over a range of friction torques"
+    verb = _verb(verbs, "events", text)
+    _add_operation(verb)
+    study = verb.add_argument_group("range, in units of P0 r_t (default: to just above locking)")
+    study.add_argument("--from", dest="lowest", type=_number, metavar="X", help="smallest Q_m")
+    study.add_argument("--to", dest="highest", type=_number, metavar="X", help="largest Q_m")
+    study.add_argument(
+        "--count", type=_integer, metavar="N", default=40, help="torques (default: 40)"
+    )
+    study.add_argument(
+        "--max-multiple",
+        type=_integer,
+        metavar="N",
+        default=1,
+        help="longest period to look for, in forcing periods, where Q_s > Q_m (default: 1)",
+    )
+    _add_output(verb)
+    verb.add_argument("--no-plot", action="store_true", help="draw no picture")
 
 
 def _plot(verbs: argparse._SubParsersAction[_Parser]) -> None:

@@ -19,8 +19,8 @@ def repeat_lines(response: Response, stored: Response) -> list[str]:
 
 
 def _verdict(response: Response, stored: Response) -> str:
-    if len(response.final_state) != len(stored.final_state):
-        return "differs: the stored run has another number of coordinates"
+    if abs(stored.window[1] - response.window[1]) > 1e-9 * response.window[1]:
+        return "the stored run was cut short, and this one goes on"
     pairs = [
         (response.final_state, stored.final_state),
         (response.events.t, stored.events.t),

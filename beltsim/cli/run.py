@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from beltsim.cli.arguments import OUT
+from beltsim.cli.exactness import exactness_lines
 from beltsim.cli.mistakes import Mistakes
 from beltsim.cli.motion import event_lines, figure_lines, range_lines
 from beltsim.cli.operation import examined, friction_given, given, merged, require_periods
@@ -67,6 +68,7 @@ def run(options: argparse.Namespace) -> int:
     written, trouble = _write(job, response, None if options.no_plot else options.format)
     say(*start, *event_lines(response, job.survey.rpm), *range_lines(response))
     say(*figure_lines(response, job.survey, job.periods))
+    say(*exactness_lines(response))
     if job.source.is_result and not given(options):
         say(*repeat_lines(response, load(options.file)))
     say(*warning_lines(tuple(dict.fromkeys((*job.survey.warnings, *response.warnings)))))

@@ -9,6 +9,14 @@ from __future__ import annotations
 
 from beltsim.io.files import require_writable, whole_file
 from beltsim.io.reader import is_result_file, load, stored_inputs
-from beltsim.io.writer import save
+from beltsim.io.writer import save, save_dataset
 
-__all__ = ["is_result_file", "load", "require_writable", "save", "stored_inputs", "whole_file"]
+__all__ = [
+    "is_result_file",
+    "load",
+    "require_writable",
+    "save",
+    "save_dataset",
+    "stored_inputs",
+    "whole_file",
+]

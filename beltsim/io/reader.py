@@ -36,9 +36,11 @@ HDF5_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 def is_result_file(path: str | Path) -> bool:
     """Whether `path` is an HDF5 file, by its first bytes; False where it cannot be read."""
     try:
+        if not Path(path).is_file():  # a pipe would make us wait
+            return False
         with Path(path).open("rb") as file:
             return file.read(len(HDF5_SIGNATURE)) == HDF5_SIGNATURE
-    except OSError:
+    except (OSError, ValueError):  # ValueError: a null character in the path
         return False
 
 
@@ -96,7 +98,7 @@ def _stored(path: str | Path, values: bool = True) -> _Stored:
     """What is in `path`, once it is known to be ours and of a version we can read."""
     import h5py
 
-    if not Path(path).is_file():
+    if not Path(path).exists():
         raise ResultFileError(f"{path}: no such file")
     if not is_result_file(path):
         raise ResultFileError(f"{path} is no result file: it is not netCDF")

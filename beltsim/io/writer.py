@@ -53,6 +53,17 @@ def save(response: Response, path: str | Path, inputs: Mapping[str, Any] | None 
     """
     data = response.to_xarray()
     data.attrs["inputs"] = json.dumps(dict(inputs or {}), ensure_ascii=False)
+    return save_dataset(data, path)
+
+
+def save_dataset(data: Any, path: str | Path) -> Path:
+    """Write an xarray dataset to `path` as netCDF, whole or not at all.
+
+    Raises
+    ------
+    ResultFileError
+        When the file cannot be written; nothing is left behind then.
+    """
     target = Path(path)
     content = _netcdf(data)
     with whole_file(target) as temporary:

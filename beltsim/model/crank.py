@@ -4,7 +4,8 @@ A prescribed crank :math:`\theta_c(t)` loses its row; its column becomes forcing
 
 .. math:: f = -(M_{\cdot c}\ddot\theta_c + G_{\cdot c}\dot\theta_c + K_{\cdot c}\theta_c)
 
-without a damping term. A free crank keeps its row and is not forced.
+without a damping term; its first two parts are zero, since the crank meets the rest of the drive
+only through the stretch of its spans. A free crank keeps its row and is not forced.
 
 This is also where canonical coordinates turn into the user's: spans and pulleys in the order of the
 drive file, x along the user's spans, theta_t counter-clockwise in the user's view, arm last.
@@ -121,18 +122,15 @@ def prescribe(system: LinearSystem) -> DrivenSystem:
     point = system.state.point
     found = coordinates_of(system, crank_free=False)
     a, b = point.crank_cos, point.crank_sin
-    rate = np.arange(len(a)) * point.fundamental
-    M_c, G_c, K_c = (
-        found.sign * matrix[found.index, found.crank] for matrix in (system.M, system.G, system.K)
-    )
-    stiff = K_c - np.multiply.outer(rate**2, M_c)
+    # The crank's column of M and G couples to nothing else: it only stretches the spans.
+    column = found.sign * system.K[found.index, found.crank]
     spans = system.drive.frame.spans
     tension = system.tension_rows[spans, found.crank]
     return _reordered(
         system,
         found,
-        cos=-(stiff * a[:, None] + np.multiply.outer(rate * b, G_c)),
-        sin=-(stiff * b[:, None] - np.multiply.outer(rate * a, G_c)),
+        cos=-np.multiply.outer(a, column),
+        sin=-np.multiply.outer(b, column),
         tension_cos=np.multiply.outer(tension, a),
         tension_sin=np.multiply.outer(tension, b),
     )

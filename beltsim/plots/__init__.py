@@ -9,8 +9,9 @@ Depends on: drive, response, problem, io; matplotlib.
 from __future__ import annotations
 
 from beltsim.plots.arm import arm_motion
+from beltsim.plots.event_phases import event_phases
 from beltsim.plots.geometry import layout
 from beltsim.plots.style import save_figure
 from beltsim.plots.tensions import span_tensions
 
-__all__ = ["arm_motion", "layout", "save_figure", "span_tensions"]
+__all__ = ["arm_motion", "event_phases", "layout", "save_figure", "span_tensions"]

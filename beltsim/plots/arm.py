@@ -25,6 +25,7 @@ from beltsim.plots.style import (
     TimeAxis,
     add_crank_angle,
     new_figure,
+    plain,
     plain_axes,
     time_axis,
 )
@@ -108,7 +109,7 @@ def arm_motion(
     lower.set_xlim(0.0, float(axis.shown(axis.end)))
     add_crank_angle(upper, axis, crank_rpm)
     speed = f" at {crank_rpm:.0f} rpm" if crank_rpm is not None else ""
-    figure.suptitle(title or f"Tensioner arm{speed}", fontsize=12)
+    figure.suptitle(plain(title or f"Tensioner arm{speed}"), fontsize=12)
     _add_legend(figure, upper)
     return figure
 

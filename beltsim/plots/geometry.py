@@ -11,7 +11,7 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.plots.labels import Room
-from beltsim.plots.style import BLUE, GREY, INK, VERMILLION, new_figure
+from beltsim.plots.style import BLUE, GREY, INK, VERMILLION, new_figure, plain
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ _EDGE = {"crank": VERMILLION, "arm": BLUE, "fixed": GREY}
 
 
 #: Height of a line of text and width of a letter, in points.
-_LINE, _LETTER = 11.0, 5.4
+_LINE, _LETTER = 11.0, 6.0
 
 
 def layout(drive: Drive) -> Figure:
@@ -54,13 +54,15 @@ def layout(drive: Drive) -> Figure:
     axes.set(xlabel="x (m)", ylabel="y (m)")
     axes.grid(True, color="#EEEEEE", linewidth=0.6)
     axes.set_axisbelow(True)
-    _draw_things(axes, drive, per_inch)
+    _draw_things(axes, drive, (low, high), per_inch)
     turning = "clockwise" if where.travel == "cw" else "counter-clockwise"
-    axes.set_title(f"{drive.name or 'Belt drive'}\nbelt travels {turning}", fontsize=11)
+    axes.set_title(plain(f"{drive.name or 'Belt drive'}\nbelt travels {turning}"), fontsize=11)
     return figure
 
 
-def _draw_things(axes: Any, drive: Drive, per_inch: float) -> None:
+def _draw_things(
+    axes: Any, drive: Drive, corners: tuple[FloatArray, FloatArray], per_inch: float
+) -> None:
     where, point = drive.layout, per_inch / 72.0
     belt = _belt_line(where)
     axes.plot(*belt.T, color=INK, linewidth=2.4, solid_joinstyle="round", zorder=3)
@@ -72,7 +74,7 @@ def _draw_things(axes: Any, drive: Drive, per_inch: float) -> None:
     center, radius = where.center_m, where.radius_m
     if where.pivot_m is not None:
         center, radius = np.vstack([center, where.pivot_m]), np.append(radius, 5.0 * point)
-    room = Room(np.vstack(lines), center, radius)
+    room = Room(np.vstack(lines), center, radius, *corners)
     for j, pulley in enumerate(drive.pulleys):
         _draw_pulley(axes, where, j, pulley.role, room, point)
     for i in range(where.n):
@@ -135,7 +137,7 @@ def _draw_pulley(axes: Any, where: Layout, j: int, role: str, room: Room, point:
         reach = float(np.hypot(*half))
         rings = [_ring(centre, radius + gap * reach, away) for gap in (0.8, 1.0, 1.3)]
         spot = room.place(np.vstack(rings), half, 3.0 * point)
-    text = "\n".join(lines)
+    text = plain("\n".join(lines))
     axes.text(*spot, text, ha="center", va="center", fontsize=9.5, color=INK, zorder=7)
 
 

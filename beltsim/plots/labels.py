@@ -21,19 +21,24 @@ class Room:
     points : (m, 2) points that stand for the lines drawn, close together.
     center, radius : (k, 2), (k,)
         Discs drawn.
+    low, high : (2,)
+        Corners of the drawing.
     """
 
     points: FloatArray
     center: FloatArray
     radius: FloatArray
+    low: FloatArray
+    high: FloatArray
     boxes: list[tuple[FloatArray, FloatArray]] = field(default_factory=list)
 
     def clearance(self, spot: FloatArray, half: FloatArray) -> float:
-        """Distance from a box about `spot`, `half` (2,) wide and high, to the nearest thing."""
+        """Distance from a box about `spot`, of half-size `half`, to the nearest thing or edge."""
         to_points = _gap(self.points - spot, half)
         to_discs = _gap(self.center - spot, half) - self.radius
         to_boxes = [float(_gap(other - spot, half + size)) for other, size in self.boxes]
-        return float(min([to_points.min(), to_discs.min(), *to_boxes]))
+        to_edges = np.minimum(spot - half - self.low, self.high - spot - half)
+        return float(min([to_points.min(), to_discs.min(), to_edges.min(), *to_boxes]))
 
     def place(self, spots: FloatArray, half: FloatArray, enough: float) -> FloatArray:
         """Take the first of `spots` (m, 2) with clearance `enough`, or else the roomiest."""

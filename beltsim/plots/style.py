@@ -5,6 +5,7 @@ Depends on: errors, response; io; matplotlib.
 
 from __future__ import annotations
 
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -40,8 +41,15 @@ def plain_axes(axes: Any) -> None:
         axes.spines[side].set_visible(False)
 
 
+def plain(text: str) -> str:
+    """`text` as it stands: a dollar sign in a name does not begin a formula."""
+    return text.replace("$", r"\$")
+
+
 def save_figure(figure: Figure, path: str | Path) -> Path:
     """Write `figure` to `path` (format by suffix), whole or not at all.
+
+    A letter that the font lacks is drawn as an empty box, without a warning.
 
     Raises
     ------
@@ -49,7 +57,8 @@ def save_figure(figure: Figure, path: str | Path) -> Path:
         When the file cannot be written.
     """
     target = Path(path)
-    with whole_file(target) as temporary:
+    with whole_file(target) as temporary, warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
         figure.savefig(temporary, dpi=DOTS_PER_INCH)
     return target
 

@@ -8,7 +8,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from beltsim.errors import InvalidProblemError
-from beltsim.plots.style import CYCLE, INK, add_crank_angle, new_figure, plain_axes, time_axis
+from beltsim.plots.style import (
+    CYCLE,
+    INK,
+    add_crank_angle,
+    new_figure,
+    plain,
+    plain_axes,
+    time_axis,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,7 +66,7 @@ def span_tensions(
         axes.plot(
             axis.shown(response.t[axis.chosen]),
             values,
-            label=seen.name.removeprefix("tension of "),
+            label=plain(seen.name.removeprefix("tension of ")),
             linewidth=1.5,
             color=CYCLE[i % len(CYCLE)],
             linestyle=_DASHES[i // len(CYCLE) % len(_DASHES)],
@@ -70,6 +78,6 @@ def span_tensions(
     axes.set_xlim(0.0, float(axis.shown(axis.end)))
     add_crank_angle(axes, axis, crank_rpm)
     speed = f" at {crank_rpm:.0f} rpm" if crank_rpm is not None else ""
-    figure.suptitle(title or f"Span tensions{speed}", fontsize=12)
+    figure.suptitle(plain(title or f"Span tensions{speed}"), fontsize=12)
     figure.legend(loc="outside lower center", ncols=min(len(forces), 7), frameon=False)
     return figure

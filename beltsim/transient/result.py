@@ -50,7 +50,8 @@ def build(driver: Driver, y0: FloatArray, window: tuple[float, float] | None) ->
         seen["viscous_loss"] if window else np.nan,
         _saturated_loss(problem, seen, window is not None),
     )
-    found = figures(problem, events, mode, view)
+    with np.errstate(over="ignore", invalid="ignore"):  # an interrupted run may be running away
+        found = figures(problem, events, mode, view)
     if window is None:
         found = found._replace(energy_balance_residual=np.nan)
     grazing = _near_grazing(problem, rec, seen, settings.grazing)
@@ -168,9 +169,10 @@ def _statistics(driver: Driver, seen: dict[str, Any]) -> dict[str, Any]:
         "velocity_peak",
         "reaction_peak",
     )
+    method = driver.settings.method_for(driver.problem)
     return {
-        "solver": "cvode",
-        "method": driver.settings.method_for(driver.problem),
+        "solver": "taylor" if method == "taylor" else "cvode",
+        "method": method,
         "rtol": driver.settings.rtol,
         "sundials_version": driver.core_module.sundials_version,
         **{name: seen[name] for name in names},

@@ -11,6 +11,7 @@
 #include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
+#include "dense.h"
 #include "vector.h"
 
 #if SUNDIALS_VERSION_MAJOR >= 7
@@ -197,6 +198,7 @@ static bs_status set_up_solver(bs_integrator *it, bs_method method) {
   if (it->linear == NULL) {
     return BS_NO_MEMORY;
   }
+  bs_dense_speed_up(it->linear);
   bs_status status = linear_checked(
       it, CVodeSetLinearSolver(it->cvode, it->linear, it->matrix));
   if (status == BS_OK) {

@@ -4,14 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Wider vectors where the machine has them: every element is summed in the same
- * order, so the bits do not depend on the choice. */
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
-    defined(__linux__) && !defined(BELTSIM_NO_CLONES)
-#define BS_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define BS_CLONES
-#endif
+#include "clones.h"
 
 /* Cholesky factor of the n*n matrix L in place (lower triangle). */
 static int cholesky(int32_t n, double *L) {

@@ -4,15 +4,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "clones.h"
+
 #define DATA(v) N_VGetArrayPointer_Serial(v)
 #define LENGTH(v) (((N_VectorContent_Serial)(v)->content)->length)
-
-#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && \
-    defined(__linux__) && !defined(BELTSIM_NO_CLONES)
-#define BS_CLONES __attribute__((target_clones("avx2", "default")))
-#else
-#define BS_CLONES
-#endif
 
 /* Elements do not depend on each other, also where z is x. */
 #if defined(__GNUC__) && !defined(__clang__)

@@ -4,11 +4,17 @@
  * it; the core's own header never meets Python.h. The lock is released while
  * the core runs. */
 #define PY_SSIZE_T_CLEAN
+#ifndef Py_LIMITED_API
 #define Py_LIMITED_API 0x030B0000
+#endif
 #include <Python.h>
 #include <string.h>
 
 #include "beltsim_core.h"
+
+#ifdef __GNUC__ /* Python's slots hold functions as void pointers */
+#pragma GCC diagnostic ignored "-Wpedantic"
+#endif
 
 /* --- buffers -------------------------------------------------------------- */
 

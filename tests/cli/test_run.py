@@ -16,7 +16,7 @@ import beltsim
 from beltsim.cli import main
 from beltsim.cli.arguments import METHODS
 from beltsim.errors import CoreError
-from beltsim.io import load, stored_inputs
+from beltsim.io import load, save, stored_inputs
 from beltsim.transient import Settings, integrate
 from beltsim.transient.settings import METHODS as TRUE_METHODS
 
@@ -184,8 +184,14 @@ def test_a_run_that_stops_early_is_kept(example, tmp_path, capsys):
     assert "BS_OUT_OF_TIME" in error
     assert "of 100000 periods are in" in error
     assert [file.name for file in tmp_path.iterdir()] == ["zhu_parker_2008-partial.nc"]
-    partial = load(tmp_path / "zhu_parker_2008-partial.nc")
-    assert len(partial.events) > 0
+    file = tmp_path / "zhu_parker_2008-partial.nc"
+    assert len(load(file).events) > 0
+    # it can be started again; giving the stored length anew would make it another run
+    inputs = stored_inputs(file)
+    inputs["arguments"] |= {"periods": 3.0, "max_seconds": 1e9}
+    save(load(file), file, inputs)
+    assert main(["run", str(file), "--no-plot", "--out", str(tmp_path / "again")]) == 0
+    assert "was cut short" in capsys.readouterr().out
 
 
 def test_a_failure_without_a_partial_result(example, tmp_path, monkeypatch, capsys):

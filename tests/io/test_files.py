@@ -129,8 +129,11 @@ def test_scrambled_bytes_never_escape_as_another_error(result):
 def test_foreign_files_are_refused(tmp_path, read):
     with pytest.raises(ResultFileError, match="no such file"):
         read(tmp_path / "missing.nc")
-    with pytest.raises(ResultFileError, match="no such file"):
+    with pytest.raises(ResultFileError, match="is no result file"):
         read(tmp_path)
+    os.mkfifo(tmp_path / "pipe.nc")
+    with pytest.raises(ResultFileError, match="is no result file"):
+        read(tmp_path / "pipe.nc")
     text = tmp_path / "drive.toml"
     text.write_text("name = 'x'")
     with pytest.raises(ResultFileError, match="is no result file: it is not netCDF"):

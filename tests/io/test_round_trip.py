@@ -12,8 +12,9 @@ from support import responses
 import beltsim
 from beltsim import response as response_module
 from beltsim.dataset import EVENT_KINDS, EVENT_QUALITIES
-from beltsim.friction import Coulomb
+from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.io import load, save, stored_inputs
+from beltsim.transient import integrate
 
 MADE = {
     "stick_slip": responses.stick_slip,
@@ -93,3 +94,14 @@ def test_the_package_offers_load():
 def test_codes_on_disk_match_the_names_in_memory():
     assert EVENT_KINDS == response_module.EVENT_KINDS
     assert EVENT_QUALITIES == response_module.EVENT_QUALITIES
+
+
+@pytest.mark.parametrize("law", [Coulomb(3.5, 3.8), SaturatedCoulomb(3.5, 1e-2)])
+def test_round_trip_of_a_computed_run(law, tmp_path):
+    problem = beltsim.assemble(
+        beltsim.presets.zhu_parker_2008(), 6.3, friction=law, n_functions=[2, 1, 3]
+    )
+    made = integrate(problem, 3.0)
+    assert len(made.events) > 0
+    assert made.warnings
+    responses.assert_same(made, load(save(made, tmp_path / "r.nc")))

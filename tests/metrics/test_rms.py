@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.problems import random_problem
+from support.responses import stick_slip
 
 import beltsim
 from beltsim import linear
 from beltsim.drive.presets import zhu_parker_2008
 from beltsim.errors import InvalidProblemError
-from beltsim.metrics.rms import rms_of_coefficients, rms_of_samples
+from beltsim.metrics.rms import rms, rms_of_coefficients, rms_of_samples
 from beltsim.metrics.span_rms import sines_of, span_rms, span_rms_m
 
 PROBLEM = beltsim.assemble(zhu_parker_2008(), 6.3, n_functions=[2, 4, 3])
@@ -34,6 +35,15 @@ def test_samples_and_harmonics_agree():
 def test_known_values():
     assert rms_of_coefficients(np.array([3.0, 4.0 * np.sqrt(2.0)])) == pytest.approx(5.0)
     assert rms_of_samples([0.0, 1.0, 4.0], [2.0, 2.0, 2.0]) == pytest.approx(2.0)
+
+
+def test_a_response_is_measured_by_its_harmonics_where_it_has_them():
+    harmonics = np.array([[0.3, -0.1], [4.0j, 1.0 + 1.0j]])
+    run, orbit = stick_slip(), stick_slip(coefficients=harmonics)
+    assert run.coefficients is None
+    assert rms(run) == pytest.approx(rms_of_samples(run.t, run.q))
+    assert rms(run)[0] == pytest.approx(0.003 / np.sqrt(2.0), rel=1e-4)
+    assert rms(orbit) == pytest.approx([np.hypot(0.3, np.sqrt(8.0)), np.hypot(0.1, 1.0)])
 
 
 def test_span_rms_is_the_deflection_averaged_along_the_span_and_over_time():

@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from support.layouts import random_drive
 from support.problems import random_problem
+from support.responses import stick_slip
 
 from beltsim import linear
 from beltsim.drive.presets import zhu_parker_2008
 from beltsim.errors import InvalidProblemError
 from beltsim.metrics.span_tensions import (
+    dynamic_tensions,
     peak_dynamic_tensions,
     steady_tensions,
     tension_harmonics,
@@ -73,6 +75,14 @@ def test_the_cranks_part_counts_without_any_response():
     assert direct.shape == (2, 3)
     assert np.abs(direct[1, [0, 2]]).min() > 1.0
     assert direct[1, 1] == 0.0
+
+
+def test_samples_of_a_response_without_the_steady_part():
+    response = stick_slip()
+    found = dynamic_tensions(response)
+    assert found.shape == (len(response.t), 1)
+    total = response.observe("tension of span 1")
+    assert found[:, 0] == pytest.approx(total - 0.9)
 
 
 def test_a_problem_without_tensions():

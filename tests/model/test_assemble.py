@@ -3,10 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -153,35 +149,3 @@ def test_friction_above_the_spring_torque_is_warned_about(Q_m, expected):
 def test_warnings_of_the_steady_state_reach_the_problem():
     problem = assemble(zhu_parker_2008(epsilon=0.05), 6.3)
     assert any(text.startswith("steady slope of span 3") for text in problem.warnings)
-
-
-TIMING = """
-import time
-from beltsim.drive.presets import zhu_parker_2008
-from beltsim.model import assemble
-
-drive = zhu_parker_2008()
-for n in (8, 16):
-    best = 1e9
-    for _ in range(60):
-        start = time.process_time()
-        for i in range(5):
-            assemble(drive, 6.3 + 1e-3 * i, n_functions=n)
-        best = min(best, (time.process_time() - start) / 5)
-    print(best * 1e3)
-"""
-
-
-def test_it_is_quick():
-    """Processor time of the best of many, on one thread, whoever else is running."""
-    done = subprocess.run(
-        [sys.executable, "-c", TIMING],
-        capture_output=True,
-        text=True,
-        check=True,
-        cwd=Path(beltsim.__file__).parent.parent,
-        env=os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"},
-    )
-    eight_ms, sixteen_ms = map(float, done.stdout.split())
-    assert eight_ms < 1.0
-    assert sixteen_ms < 2.0

@@ -174,3 +174,41 @@ def test_no_display_and_no_pyplot(tmp_path):
         env={"PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
     )
     assert run.stdout.strip() == "False"
+
+
+def test_names_are_drawn_as_they_stand(tmp_path, swing):
+    """Dollar signs begin no formula, and letters that the font lacks give no warning."""
+    tables = presets.zhu_parker_2008().model_dump(exclude_none=True)
+    tables["name"] = "A$_{B$C 皮带"
+    for pulley, name in zip(tables["pulleys"], ("$x", "a^$b_{", "Öl 油"), strict=True):
+        pulley["name"] = name
+    from beltsim.drive import Drive
+
+    drive = Drive(**tables)
+    plots.save_figure(plots.layout(drive), tmp_path / "layout.png")
+    plots.save_figure(plots.arm_motion(swing, title=drive.name), tmp_path / "arm.png")
+    plots.save_figure(plots.span_tensions(swing, title=drive.name), tmp_path / "tensions.png")
+    assert len(list(tmp_path.iterdir())) == 3
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_layouts_of_random_drives(seed):
+    """Every pulley is named inside the axes, and no name lies on another."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from support.layouts import random_drive
+
+    drive = random_drive(np.random.default_rng(seed))
+    figure = plots.layout(drive)
+    FigureCanvasAgg(figure).draw()
+    axes = figure.axes[0]
+    boxes = [t.get_window_extent() for t in axes.texts if t.get_text()]
+    # a pixel of tolerance: the width of text is estimated
+    frame = axes.get_window_extent().padded(1.0)
+    assert len(boxes) == 2 * drive.layout.n + (drive.layout.arm is not None)
+    for box in boxes:
+        assert frame.x0 <= box.x0
+        assert box.x1 <= frame.x1
+        assert frame.y0 <= box.y0
+        assert box.y1 <= frame.y1
+    for i, one in enumerate(boxes):
+        assert not any(one.padded(-1.0).overlaps(other) for other in boxes[:i])

@@ -75,6 +75,7 @@ class ExactRun:
     final_mode: str
     final_state: np.ndarray
     min_margin: float
+    v_peak: float
     end: float
     _phases: list[Phase] = field(repr=False)
     _system: _System = field(repr=False)
@@ -203,8 +204,11 @@ class _Walk:
     """One run of a problem with a joint."""
 
     def __init__(self, system: _System, problem, state: np.ndarray, end: float) -> None:
-        self.system, self.problem, self.end = system, problem, end
         self.Q_m, self.Q_s = problem.friction.Q_m, problem.friction.Q_s
+        self._begin(system, problem, state, end)
+
+    def _begin(self, system: _System, problem, state: np.ndarray, end: float) -> None:
+        self.system, self.problem, self.end = system, problem, end
         self.log: list = []
         self.touches: list[Touch] = []
         self.v_peak = 0.0
@@ -457,6 +461,7 @@ def _finish(system, problem, log, touches, phases, final, end, peaks) -> ExactRu
         final_mode=phases[-1].mode,
         final_state=final,
         min_margin=float(lowest),
+        v_peak=v_peak,
         end=end,
         _phases=phases,
         _system=system,

@@ -1,0 +1,183 @@
+"""`beltsim events`: exact periodic motions over a range of friction torques.
+
+Each torque of the range gets its orbit from the event map: phases of the period, reversals, stops,
+losses and stability, as a table, a dataset and one picture.
+
+Depends on: event_map, linear, io; the other modules of cli.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from beltsim import event_map, linear
+from beltsim.checks import FloatArray
+from beltsim.cli.arguments import OUT
+from beltsim.cli.mistakes import Mistakes
+from beltsim.cli.operation import examined, friction_given, merged
+from beltsim.cli.source import Source, read_source
+from beltsim.cli.steady import operating_lines, warning_lines
+from beltsim.cli.text import complain, say, table
+from beltsim.errors import BeltsimError, InvalidProblemError, Mistake, ResultFileError
+from beltsim.friction import Coulomb
+from beltsim.io import require_writable
+from beltsim.metrics import Survey
+from beltsim.problem import FrictionProblem
+from beltsim.response import Response
+
+Found = list[tuple[float, Response | BeltsimError]]
+
+
+class _Job(NamedTuple):
+    """A study with everything that it needs, checked."""
+
+    source: Source
+    arguments: dict[str, Any]
+    problem: FrictionProblem
+    survey: Survey
+    torques: FloatArray
+    Q_cr: float
+    multiple: int
+    stem: Path
+
+
+def run(options: argparse.Namespace) -> int:
+    """Solve, write and print; the exit status."""
+    job = _prepared(options)
+    law = job.problem.friction
+    ratio = law.Q_s / law.Q_m if isinstance(law, Coulomb) and law.Q_s and law.Q_m else 1.0
+    problems = [job.problem.with_friction(Coulomb(Q, Q * ratio)) for Q in job.torques.tolist()]
+    settings = event_map.Settings(max_multiple=job.multiple)
+    solved = event_map.solve_many(problems, settings)
+    found = list(zip(job.torques.tolist(), solved, strict=True))
+    written, trouble = _write(job, found, None if options.no_plot else options.format)
+    say(job.source.drive.name or job.stem.name, *operating_lines(job.survey, job.problem), "")
+    say(f"The arm is locked from Q_m = {job.Q_cr:.4g}", "")
+    say(*table(_TITLES, [_row(job.problem, Q, orbit) for Q, orbit in found]))
+    warnings = [text for _, one in found if isinstance(one, Response) for text in one.warnings]
+    say(*warning_lines(tuple(dict.fromkeys((*job.survey.warnings, *warnings)))))
+    if written:
+        say("", "Written", *(f"  {path}" for path in written))
+    for Q, orbit in found:
+        if not isinstance(orbit, Response):
+            complain(f"Q_m = {Q:.4g}: {orbit}")
+    complain(trouble)
+    failed = any(not isinstance(orbit, Response) for _, orbit in found)
+    return 1 if trouble or failed else 0
+
+
+_TITLES = ("Q_m", "N m", "phases", "nu", "stops", "stick", "loss", "multiplier")
+
+
+def _row(problem: FrictionProblem, Q: float, orbit: Response | BeltsimError) -> list[str]:
+    torque = f"{Q * problem.scales.torque_N_m:.4g}" if problem.scales else "-"
+    if not isinstance(orbit, Response):
+        return [f"{Q:.4g}", torque, "failed", "-", "-", "-", "-", "-"]
+    return [
+        f"{Q:.4g}",
+        torque,
+        phase_pattern(orbit),
+        f"{orbit.velocity_reversals:.3g}",
+        f"{orbit.stops_per_period:.3g}",
+        f"{orbit.stick_fraction:.1%}",
+        f"{orbit.dissipated_energy:.4g}",
+        f"{largest_multiplier(orbit):.4f}",
+    ]
+
+
+def phase_pattern(orbit: Response) -> str:
+    """Modes of one period in order, such as ``+0-0``; ``0`` is stick.
+
+    Examples
+    --------
+    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
+    >>> push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
+    >>> phase_pattern(event_map.periodic(one))
+    '0-0+'
+    """
+    sign = {"stick": "0", "slip+": "+", "slip-": "-"}
+    first = orbit.initial_mode or "stick"
+    modes = orbit.events.modes_after(first)
+    return "".join(sign[mode] for mode in modes) or sign[first]
+
+
+def largest_multiplier(orbit: Response) -> float:
+    """Modulus of the largest Floquet multiplier; a locked joint's free position does not count."""
+    sizes = np.sort(np.abs(np.asarray(orbit.multipliers)))
+    return float(sizes[-2] if orbit.rest_interval is not None else sizes[-1])
+
+
+def _prepared(options: argparse.Namespace) -> _Job:
+    """The job, or every mistake in its input at once."""
+    out, mistakes = Path(options.out or OUT), Mistakes()
+    source = read_source(options.file)
+    arguments = merged(options, source.arguments)
+    law, problem, found = None, None, None
+    with mistakes.gathered():
+        law = friction_given(source, arguments)
+    with mistakes.gathered():
+        problem, found = examined(source, arguments, law)
+    with mistakes.gathered():
+        if problem is not None and problem.joint is None:
+            raise InvalidProblemError(
+                f"{options.file}: this drive has no tensioner, so no friction"
+            )
+    with mistakes.gathered():
+        _require_range(options)
+    with mistakes.gathered():
+        require_writable(out)
+    mistakes.raise_any()
+    assert problem is not None
+    assert found is not None
+    Q_cr = linear.critical_torque(problem)
+    low = 0.02 * Q_cr if options.lowest is None else options.lowest
+    high = 1.05 * Q_cr if options.highest is None else options.highest
+    if not low < high:
+        raise InvalidProblemError(Mistake("--to", high, f"above --from, {low:.4g}"))
+    torques = np.linspace(low, high, options.count)
+    stem = out / Path(options.file).stem
+    return _Job(source, arguments, problem, found, torques, Q_cr, options.max_multiple, stem)
+
+
+def _require_range(options: argparse.Namespace) -> None:
+    mistakes = []
+    for name, value in (("--from", options.lowest), ("--to", options.highest)):
+        if value is not None and not 0.0 <= value < np.inf:
+            mistakes.append(Mistake(name, value, "a finite number >= 0"))
+    if not 2 <= options.count <= 100_000:
+        mistakes.append(Mistake("--count", options.count, "an integer from 2 to 100000"))
+    if not 1 <= options.max_multiple <= 1000:
+        mistakes.append(Mistake("--max-multiple", options.max_multiple, "from 1 to 1000"))
+    if mistakes:
+        raise InvalidProblemError(mistakes)
+
+
+def _write(job: _Job, found: Found, picture: str | None) -> tuple[list[Path], str]:
+    """The files written, and what went wrong with the first that could not be."""
+    from beltsim.cli.event_dataset import dataset  # loads xarray
+    from beltsim.io import save_dataset
+
+    written: list[Path] = []
+    try:
+        job.stem.parent.mkdir(parents=True, exist_ok=True)
+        data = dataset(job.problem, found, job.Q_cr)
+        inputs = {"drive": job.source.text, "suffix": job.source.suffix}
+        data.attrs["inputs"] = json.dumps({**inputs, "arguments": job.arguments})
+        written.append(save_dataset(data, job.stem.with_name(f"{job.stem.name}-events.nc")))
+        orbits = [orbit for _, orbit in found if isinstance(orbit, Response)]
+        if picture is not None and orbits:
+            from beltsim import plots  # loads matplotlib
+
+            title = f"Phases of the arm at {job.survey.rpm:.0f} rpm" if job.survey.rpm else None
+            figure = plots.event_phases(orbits, job.Q_cr, title)
+            path = job.stem.with_name(f"{job.stem.name}-events.{picture}")
+            written.append(plots.save_figure(figure, path))
+    except (OSError, ResultFileError) as error:
+        return written, str(error)
+    return written, ""

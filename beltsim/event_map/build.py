@@ -1,0 +1,158 @@
+"""From a walk to a `Response`: samples, event log, window and warnings.
+
+Depends on: flows, series, walk, settings, response.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from beltsim.checks import FloatArray
+from beltsim.event_map.flows import flows_of
+from beltsim.event_map.series import AnyPiece, pieces
+from beltsim.event_map.walk import (
+    KIND,
+    KINDS,
+    MARGIN,
+    MODES,
+    MULTIPLE,
+    STATE,
+    TORQUE_AFTER,
+    TORQUE_BEFORE,
+    TOUCH_GAP,
+    TOUCH_TIME,
+    Walk,
+)
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.problem import FrictionProblem
+from beltsim.response import EventLog, NearGrazing, Window
+
+#: An event is near grazing when its margin, or the relative height by which it overshoots its
+#: threshold, half its relative rate squared, is below this; a touch, when its gap is.
+NEAR_GRAZING = 1e-8
+
+
+def sampled(
+    found: list[AnyPiece], n: int, t: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Coordinates, velocities (nt, n) and friction torque (nt,) at the ascending times `t`."""
+    x, torque = np.empty((len(t), 2 * n)), np.empty(len(t))
+    edges = np.searchsorted(t, [piece.start for piece in found], side="left")
+    edges = np.append(edges, len(t))
+    edges[0] = 0
+    for piece, first, last in zip(found, edges[:-1], edges[1:], strict=True):
+        tau = t[first:last] - piece.start
+        x[first:last] = piece.at(tau)
+        torque[first:last] = piece.torque_at(tau)
+    return x[:, :n], x[:, n:], torque
+
+
+def sampled_orbit(
+    found: list[AnyPiece], n: int, t: FloatArray, half: float | None
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """As `sampled`; with `half` the pieces end there and the rest is their mirror image."""
+    if half is None:
+        return sampled(found, n, t)
+    second = int(np.searchsorted(t, half, side="right"))
+    parts = sampled(found, n, t[:second]), sampled(found, n, t[second:] - half)
+    q, q_dot, torque = (np.concatenate([a, -b]) for a, b in zip(*parts, strict=True))
+    return q, q_dot, torque
+
+
+def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
+    """The walk's events with their margins and quality."""
+    n, joint, law = problem.n, problem.joint, problem.friction
+    assert joint is not None
+    assert law is not None
+    if not len(run.t):
+        return EventLog.empty(n)
+    state = run.reals[:, STATE:]
+    kind = run.integers[:, KIND]
+    margin = run.reals[:, MARGIN].copy()
+    overshoot = np.ones(len(margin))
+    peak = float(np.abs(run.reals[:, [TORQUE_BEFORE, TORQUE_AFTER]]).max())
+    if isinstance(law, Coulomb) and peak > 0.0:
+        flows = flows_of(problem)
+        held, rest = flows.held.part, state[:, flows.rest]
+        reaction, rate = held.signals(run.t, state[:, joint], rest)
+        peak = max(peak, float(np.abs(reaction).max()))
+        rate = np.abs(rate) / (problem.forcing.Omega * peak)
+        stops = kind < 2
+        margin[~stops] = rate[~stops]
+        speed = np.abs(reaction - run.reals[:, TORQUE_BEFORE]) / peak
+        overshoot = 0.5 * np.where(stops, speed, rate) ** 2
+    quality = np.where(np.minimum(margin, overshoot) < NEAR_GRAZING, "near_grazing", "simple")
+    quality[run.integers[:, MULTIPLE] != 0] = "multiple"
+    return EventLog(
+        t=run.t,
+        kind=np.array(KINDS)[kind],
+        q=state[:, :n],
+        q_dot=state[:, n:],
+        position=state[:, joint],
+        torque_before=run.reals[:, TORQUE_BEFORE],
+        torque_after=run.reals[:, TORQUE_AFTER],
+        quality=quality,
+        margin=margin,
+    )
+
+
+def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> NearGrazing:
+    """Extrema that came close to an event without being one."""
+    law = problem.friction
+    assert law is not None
+    modes = run.modes()[:-1]
+    peak_torque = float(np.abs(run.reals[:, TORQUE_AFTER]).max(initial=0.0))
+    size = np.where(modes == 0, max(peak_torque, law.Q_m), peak_velocity)
+    gap = run.reals[:, TOUCH_GAP]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        margin = np.where(size > 0.0, gap / size, np.inf)
+    close = margin < NEAR_GRAZING
+    return NearGrazing(
+        t=(run.starts()[:-1] + run.reals[:, TOUCH_TIME])[close],
+        margin=margin[close],
+        kind=np.where(modes[close] == 0, "reaction", "velocity"),
+    )
+
+
+def window_of(
+    problem: FrictionProblem,
+    found: list[AnyPiece],
+    symmetric: bool = False,
+    ends: tuple[FloatArray, FloatArray] | None = None,
+) -> Window:
+    """The window that `found` covers, with its work and losses in closed form.
+
+    `symmetric`: `found` is the first half of a motion that repeats with the opposite sign. `ends`:
+    states at both ends of the window, where they are known.
+    """
+    n, F = problem.n, problem.forcing.coefficients
+    work = loss = rubbed = 0.0
+    saturated = isinstance(problem.friction, SaturatedCoulomb)
+    for piece in found:
+        work += float(np.vdot(piece.fourier(len(F))[:, n : 2 * n], F).real)
+        loss += piece.quadratic(problem.C, n)
+        if saturated:
+            rubbed += piece.rubbing(n + (problem.joint or 0))
+    first, last = found[0], found[-1]
+    times = 2.0 if symmetric else 1.0
+    if ends is None:
+        ends = first.at(np.zeros(1))[0], last.at(np.array([last.length]))[0]
+    return Window(
+        start=first.start,
+        end=first.start + times * (last.start + last.length - first.start),
+        start_state=ends[0],
+        end_state=ends[1],
+        forcing_work=times * work,
+        viscous_loss=times * loss,
+        friction_loss=times * rubbed if saturated else None,
+    )
+
+
+def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[AnyPiece]:
+    """Pieces of `run` from `start` to its end."""
+    return list(pieces(problem, run, start, run.end))
+
+
+def mode_name(mode: int) -> str:
+    """Name of a mode's code."""
+    return MODES[mode]

@@ -1,0 +1,357 @@
+r"""The two linear flows between events, in their modes.
+
+Between events the state x = (q, q_dot) is
+
+.. math::
+   x(t) = \mathrm{Re}\,V e^{\Lambda t} a + \mathrm{Re}\sum_h P_h e^{ih\Omega t} + X_c c,
+   \qquad a = W\,(x - \text{forced part}),
+
+with `V` the eigenvectors of one of each conjugate pair. *Free joint*: all n coordinates, `c` is
+the friction torque. *Held joint*: the n - 1 others, `c` is the position at which the joint is held.
+Each flow carries the signal that ends its phases: the joint's velocity, or the reaction
+
+.. math:: H_R = f_t - (M_{tq}\ddot q + (C + G)_{tq}\dot q + K_{tq} q + K_{tt} q_t),
+
+with :math:`\ddot q` from the other rows at zero velocity and acceleration of the joint.
+The saturated law has instead a flow *inside its band*, with `Q_m/sigma` added to the
+joint's damping.
+
+A flow whose eigenvectors are too ill-conditioned, or which has an exponent at a harmonic of the
+forcing or at zero, comes in cells instead (`cells.CellFlow`).
+
+Depends on: cells, linear_part, binding, problem, friction, checks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beltsim.checks import FloatArray
+from beltsim.event_map import binding
+from beltsim.event_map.cells import CellFlow
+from beltsim.event_map.linear_part import ComplexArray, LinearPart
+from beltsim.friction import SaturatedCoulomb
+from beltsim.problem import FrictionProblem
+
+#: Largest condition number of an eigenvalue with which modes are trusted. Near critical damping the
+#: error of event times was measured as 1e-18 T times it; belt drives have 2.4, random problems 10.
+CONDITION_LIMIT = 1e4
+#: Smallest distance of an exponent from 0 and from the forcing's harmonics, over Omega: the forced
+#: part grows with its inverse and is subtracted again.
+RESONANCE_LIMIT = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Amplitudes as reals: `into` (2m, N) makes them, real parts first, `out` (N, 2m) undoes it."""
+
+    exponents: ComplexArray
+    into: FloatArray
+    out: FloatArray
+
+    def moved(self, S: FloatArray, tau: float, position: FloatArray) -> FloatArray:  # noqa: ARG002
+        """Amplitudes `S` (2m, k) a time `tau` later; `position` is in the forced part."""
+        m = len(self.exponents)
+        turn = np.exp(self.exponents * tau)
+        real, imag = turn.real[:, None], turn.imag[:, None]
+        after = np.empty_like(S)
+        np.subtract(real * S[:m], imag * S[m:], out=after[:m])
+        np.add(real * S[m:], imag * S[:m], out=after[m:])
+        return after
+
+
+@dataclass(frozen=True, eq=False)
+class Sums:
+    """Integrals of exponentials: `mu` (L,) are modes first, then harmonics of `Omega` from 0."""
+
+    mu: ComplexArray
+    Omega: float
+
+    def products(self, d: float) -> tuple[ComplexArray, ComplexArray]:
+        """Integrals over (0, d) of exp((mu_i + mu_j) t) and exp((mu_i + conj mu_j) t), (L, L)."""
+        e = np.exp(self.mu * d)
+        return self._plain.integral(np.multiply.outer(e, e), d), self._mixed.integral(
+            np.multiply.outer(e, e.conj()), d
+        )
+
+    def harmonics(self, orders: int, d: float) -> tuple[ComplexArray, ComplexArray]:
+        """Integrals over (0, d) of exp((mu - ik Omega) t) and of its partner, (orders, L)."""
+        tables = self._harmonic_tables(orders)
+        e, turn = np.exp(self.mu * d), np.exp(-1j * self.Omega * d * np.arange(orders))
+        return tables[0].integral(np.multiply.outer(turn, e), d), tables[1].integral(
+            np.multiply.outer(turn, e.conj()), d
+        )
+
+    @cached_property
+    def _plain(self) -> _Rates:
+        return _Rates(self.mu[:, None] + self.mu)
+
+    @cached_property
+    def _mixed(self) -> _Rates:
+        return _Rates(self.mu[:, None] + self.mu.conj())
+
+    @cached_property
+    def _tables(self) -> dict[int, tuple[_Rates, _Rates]]:
+        return {}
+
+    def _harmonic_tables(self, orders: int) -> tuple[_Rates, _Rates]:
+        if orders not in self._tables:
+            w = 1j * self.Omega * np.arange(orders)[:, None]
+            self._tables[orders] = (_Rates(self.mu - w), _Rates(self.mu.conj() - w))
+        return self._tables[orders]
+
+
+class _Rates:
+    """Rates s with what (exp(s d) - 1)/s needs: their inverses, and which are small."""
+
+    def __init__(self, s: ComplexArray) -> None:
+        self.s, self.size = s, np.abs(s)
+        self.inverse = 1.0 / np.where(s == 0.0, 1.0, s)
+        self.least = float(self.size.min(initial=np.inf))
+
+    def integral(self, grown: ComplexArray, d: float) -> ComplexArray:
+        """The integrals for `grown` = exp(s d); small s d would cancel."""
+        found: ComplexArray = (grown - 1.0) * self.inverse
+        if self.least * d < 0.1:
+            few = np.flatnonzero(self.size * d < 0.1)
+            z = self.s.ravel()[few] * d
+            found.ravel()[few] = np.where(z == 0.0, d, np.expm1(z) * self.inverse.ravel()[few])
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Flow:
+    """One linear flow of N reals with m amplitudes; see the module for the symbols.
+
+    `exponents` (m,), `V` (N, m), `W` (m, N), `P` (H + 1, N), `X_c` (N,); `part` is the system that
+    flows. `condition` is the worst of the eigenvalues'.
+    """
+
+    part: LinearPart
+    exponents: ComplexArray
+    V: ComplexArray
+    W: ComplexArray
+    P: ComplexArray
+    X_c: FloatArray
+    condition: float
+
+    @property
+    def Omega(self) -> float:
+        """Fundamental of the forcing."""
+        return self.part.Omega
+
+    @cached_property
+    def packed(self) -> FloatArray:
+        """All arrays in the order in which the C map reads them, and its tables."""
+        split = (self.exponents, self.V.T, self.W.T, self.P)
+        parts = [part for array in split for part in (array.real.ravel(), array.imag.ravel())]
+        part = self.part
+        parts += [self.X_c, part.row, part.D.real, part.D.imag, np.array([part.d_c])]
+        sizes = (self.N, self.m, len(self.P) - 1)
+        inputs, reals = binding.flow_reals(*sizes)
+        packed = np.empty(reals)
+        packed[:inputs] = np.concatenate(parts)
+        binding.prepare(*sizes, self.Omega, packed)
+        return packed
+
+    @cached_property
+    def basis(self) -> Basis:
+        """The modes in real arithmetic."""
+        into = np.concatenate([self.W.real, self.W.imag])
+        return Basis(self.exponents, into, np.concatenate([self.V.real, -self.V.imag], axis=1))
+
+    @cached_property
+    def sums(self) -> Sums:
+        """Integrals of its modes and harmonics."""
+        harmonics = 1j * self.Omega * np.arange(len(self.P))
+        return Sums(np.concatenate([self.exponents, harmonics]), self.Omega)
+
+    def turns(self, t: float) -> ComplexArray:
+        """exp(i h Omega t) for each harmonic (H + 1,)."""
+        found: ComplexArray = np.exp(1j * self.Omega * t * np.arange(len(self.P)))
+        return found
+
+    @cached_property
+    def fastest(self) -> float:
+        """Largest modulus of an exponent."""
+        return float(np.abs(self.exponents).max(initial=0.0))
+
+    @property
+    def N(self) -> int:
+        """Reals in the state."""
+        return len(self.part.row)
+
+    @property
+    def m(self) -> int:
+        """Modal amplitudes."""
+        return len(self.exponents)
+
+    def forced(self, t: float | FloatArray, c: float) -> FloatArray:
+        """The forced part of the state at times `t` (...): array (..., N)."""
+        turns = np.exp(1j * self.Omega * np.multiply.outer(t, np.arange(len(self.P))))
+        found: FloatArray = (turns @ self.P).real + c * self.X_c
+        return found
+
+
+AnyFlow = Flow | CellFlow
+
+
+@dataclass(frozen=True, eq=False)
+class Flows:
+    """Free and held flow of one linear system, and how they meet at an event.
+
+    `m_t` (n - 1,) = M_qq^-1 M_qt, `mass` = M_tt - M_tq m_t the joint's mass with the rest free to
+    move, `push` (n,) = M^-1 e_t, `rest` the 2n - 2 indices of the state without the joint.
+    """
+
+    free: AnyFlow
+    held: AnyFlow
+    m_t: FloatArray
+    mass: float
+    push: FloatArray
+    rest: NDArray[np.intp]
+
+
+def flows_of(problem: FrictionProblem) -> Flows:
+    """Flows of `problem`, computed once per linear system and shared by all torques on it."""
+    cache = problem.shared
+    if "event_map.flows" not in cache:
+        cache["event_map.flows"] = _flows(problem)
+    found: Flows = cache["event_map.flows"]
+    return found
+
+
+def inner_flow(problem: FrictionProblem) -> AnyFlow:
+    """The flow that takes the place of stick: held joint, or inside the band."""
+    law = problem.friction
+    if not isinstance(law, SaturatedCoulomb):
+        return flows_of(problem).held
+    cached = problem.shared.get("event_map.band")
+    if cached is None or cached[0] != law:
+        cached = (law, _band(problem, law))
+        problem.shared["event_map.band"] = cached
+    found: AnyFlow = cached[1]
+    return found
+
+
+def _band(problem: FrictionProblem, law: SaturatedCoulomb) -> AnyFlow:
+    n, j = problem.n, problem.joint
+    assert j is not None
+    D, F = problem.C + problem.G, problem.forcing.coefficients
+    D[j, j] += law.Q_m / law.sigma
+    velocity = np.eye(2 * n)[n + j]
+    direct = np.zeros(len(F), complex)
+    return _flow(
+        problem.M, D, problem.K, F, problem.forcing.Omega, np.zeros(n), velocity, direct, 0.0
+    )
+
+
+def _flows(problem: FrictionProblem) -> Flows:
+    n, j, o = problem.n, problem.joint, problem.others
+    assert j is not None
+    D, F = problem.C + problem.G, problem.forcing.coefficients
+    Omega = problem.forcing.Omega
+    unit = np.eye(n)[j]
+    M_qq, K_qq = problem.block("M", "q", "q"), problem.block("K", "q", "q")
+    D_qq = D[np.ix_(o, o)]
+    m_t = np.linalg.solve(M_qq, problem.M[o, j])
+    velocity = np.eye(2 * n)[n + j]
+    free = _flow(problem.M, D, problem.K, F, Omega, -unit, velocity, np.zeros(len(F), complex), 0.0)
+    row = np.concatenate([m_t @ K_qq - problem.K[j, o], m_t @ D_qq - D[j, o]])
+    direct = F[:, j] - F[:, o] @ m_t
+    d_c = float(m_t @ problem.K[o, j] - problem.K[j, j])
+    held = _flow(M_qq, D_qq, K_qq, F[:, o], Omega, -problem.K[o, j], row, direct, d_c)
+    mass = float(problem.M[j, j] - problem.M[j, o] @ m_t)
+    push = np.linalg.solve(problem.M, unit)
+    return Flows(free, held, m_t, mass, push, np.concatenate([o, n + o]))
+
+
+def _modes(A: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    if not len(A):
+        return np.zeros(0, complex), np.zeros((0, 0), complex)
+    exponents, V = np.linalg.eig(A)
+    return exponents.astype(complex), V.astype(complex)
+
+
+def _flow(
+    M: FloatArray,
+    D: FloatArray,
+    K: FloatArray,
+    F: ComplexArray,
+    Omega: float,
+    load: FloatArray,
+    row: FloatArray,
+    direct: ComplexArray,
+    d_c: float,
+) -> AnyFlow:
+    """The flow of M q'' + D q' + K q = f + load c, in modes where they can be trusted."""
+    n = len(M)
+    inverse = np.linalg.inv(M)
+    A = np.zeros((2 * n, 2 * n))
+    A[:n, n:] = np.eye(n)
+    A[n:, :n] = -inverse @ K
+    A[n:, n:] = -inverse @ D
+    force, rate = np.zeros((len(F), 2 * n), complex), np.zeros(2 * n)
+    force[:, n:], rate[n:] = F @ inverse.T, inverse @ load
+    part = LinearPart(M, D, K, F, load, Omega, A, force, rate, row, direct, d_c)
+    exponents, V = _modes(A)
+    keep = exponents.imag >= 0.0
+    apart = np.abs(exponents[keep, None] - 1j * Omega * np.arange(len(F)))
+    near = float(apart.min(initial=np.inf))
+    try:
+        W = np.linalg.inv(V).astype(complex)
+    except np.linalg.LinAlgError:  # two eigenvectors are the same
+        return CellFlow(part, exponents[keep], np.inf, _energy(part))
+    condition = _condition(part, V, W)
+    if not condition <= CONDITION_LIMIT or near < RESONANCE_LIMIT * Omega:
+        return CellFlow(part, exponents[keep], condition, _energy(part))
+    return _modal(part, exponents[keep], V[:, keep], W[keep], condition)
+
+
+def _condition(part: LinearPart, V: ComplexArray, W: ComplexArray) -> float:
+    """Worst condition number of an eigenvalue, the state scaled to about the root of its energy."""
+    if not len(V):
+        return 1.0
+    mass = np.diag(part.M)
+    stiffness = np.maximum(np.abs(np.diag(part.K)), part.Omega**2 * mass)
+    scale = np.sqrt(np.concatenate([stiffness, mass]))
+    with np.errstate(over="ignore", invalid="ignore"):  # eigenvectors that nearly coincide
+        right = np.linalg.norm(V * scale[:, None], axis=0)
+        left = np.linalg.norm(W / scale, axis=1)
+        return float((right * left).max())
+
+
+def _modal(
+    part: LinearPart, exponents: ComplexArray, V: ComplexArray, W: ComplexArray, condition: float
+) -> Flow:
+    w = part.Omega * np.arange(len(part.F))
+    Z = part.K + 1j * w[:, None, None] * part.damping - (w**2)[:, None, None] * part.M
+    q = np.linalg.solve(Z, part.F[..., None])[..., 0]
+    rest = np.linalg.solve(part.K, part.push)
+    return Flow(
+        part=part,
+        exponents=exponents,
+        V=V * np.where(exponents.imag > 0.0, 2.0, 1.0),
+        W=W,
+        P=np.concatenate([q, 1j * w[:, None] * q], axis=1),
+        X_c=np.concatenate([rest, np.zeros(len(rest))]),
+        condition=condition,
+    )
+
+
+def _energy(part: LinearPart) -> tuple[FloatArray, FloatArray]:
+    """State to coordinates whose squares are energies, and back; K is lifted where it must be."""
+    n = len(part.M)
+    into = np.zeros((2 * n, 2 * n))
+    if n:
+        root = np.linalg.cholesky(part.M)
+        inverse = np.linalg.inv(root)
+        squares, turn = np.linalg.eigh(inverse @ part.K @ inverse.T)
+        floor = part.Omega**2
+        into[:n, :n] = (np.sqrt(np.maximum(np.abs(squares), floor))[:, None] * turn.T) @ root.T
+        into[n:, n:] = turn.T @ root.T
+    return into, np.asarray(np.linalg.inv(into), dtype=float)

@@ -1,0 +1,88 @@
+r"""A linear system in first order, with the signal that is watched.
+
+.. math:: \dot x = A x + \mathrm{Re}\sum_h f_h e^{ih\Omega t} + l\,c, \qquad
+   s = \mathrm{row}\cdot x + \mathrm{Re}\sum_h D_h e^{ih\Omega t} + d_c c
+
+Depends on: errors, checks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beltsim.checks import FloatArray
+from beltsim.errors import NotPeriodicError
+
+ComplexArray = NDArray[np.complex128]
+#: A stiffness this near singular, relatively, cannot answer a harmonic.
+_SINGULAR = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class LinearPart:
+    """Second-order matrices and the same in first order; see the module for the symbols.
+
+    `M`, `D`, `K` (k, k), `F` (H + 1, k) and `push` (k,) make `A` (N, N), `force` (H + 1, N) and
+    `load` (N,), N = 2k.
+    """
+
+    M: FloatArray
+    damping: FloatArray
+    K: FloatArray
+    F: ComplexArray
+    push: FloatArray
+    Omega: float
+    A: FloatArray
+    force: ComplexArray
+    load: FloatArray
+    row: FloatArray
+    D: ComplexArray
+    d_c: float
+
+    def signals(self, t: FloatArray, c: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """The signal and its rate (nt,) at times `t`, loads `c` (nt,) and states `x` (nt, N)."""
+        spin = 1j * self.Omega * np.arange(len(self.D))
+        turns = np.exp(np.multiply.outer(t, spin))
+        value = x @ self.row + (turns @ self.D).real + self.d_c * c
+        x_dot = x @ self.A.T + (turns @ self.force).real + np.multiply.outer(c, self.load)
+        rate = x_dot @ self.row + ((turns * spin) @ self.D).real
+        return value, rate
+
+    def signal(self, t: float, c: float, x: FloatArray) -> float:
+        """The signal in state `x` (N,) at time `t`."""
+        turns = np.exp(1j * self.Omega * t * np.arange(len(self.D)))
+        return float(self.row @ x + (turns @ self.D).real + self.d_c * c)
+
+    def steady(self, name: str, extra: FloatArray | None = None) -> ComplexArray:
+        """Harmonics (H + 1, k) of the steady response, where there is one.
+
+        `extra` (k,): direction in which friction may add any harmonic.
+
+        Raises
+        ------
+        NotPeriodicError
+            When a harmonic of the forcing meets a mode without damping.
+        """
+        found = np.zeros_like(self.F)
+        for h, force in enumerate(self.F):
+            w = h * self.Omega
+            Z = self.K + 1j * w * self.damping - w**2 * self.M
+            size = max(float(np.linalg.norm(self.K)), w**2 * float(np.linalg.norm(self.M)))
+            if not force.any():
+                continue
+            columns = Z if extra is None else np.column_stack([Z, extra * size])
+            answer = np.linalg.lstsq(columns, force, rcond=_SINGULAR)[0]
+            left = float(np.linalg.norm(columns @ answer - force))
+            if left > 1e-9 * float(np.linalg.norm(force)):
+                what = "a mean load" if h == 0 else f"harmonic {h} of the forcing"
+                text = (
+                    f"{what} meets an undamped mode of frequency {w:.6g} of the system with its "
+                    f"joint {name}: the motion grows, no periodic orbit is sought. Add damping or "
+                    "stiffness, or look at a transient"
+                )
+                raise NotPeriodicError(text)
+            found[h] = answer[: len(force)]
+        return found

@@ -1,0 +1,394 @@
+r"""Periodic orbits by shooting with the exact derivative of the map.
+
+The unknown is the state at t = 0. With :math:`\Phi` the exact map over one period and `S` its
+derivative (saltation at events, rank loss in stick), Newton's step is
+
+.. math:: x \leftarrow x + (I - S)^{-1}(\Phi(x) - x).
+
+When the forcing has odd harmonics only, the orbit of a symmetric joint repeats after half a period
+with the opposite sign, and half a period suffices. For Q_s = Q_m any two motions approach each
+other, so following the motion always leads back to where Newton converges.
+
+Depends on: build, jacobian, locked, settings, walk, response, problem.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from beltsim.checks import FloatArray
+from beltsim.errors import ConvergenceError, NotPeriodicError
+from beltsim.event_map import build
+from beltsim.event_map.cells import CellFlow
+from beltsim.event_map.flows import flows_of
+from beltsim.event_map.jacobian import jacobian
+from beltsim.event_map.linear_part import ComplexArray
+from beltsim.event_map.locked import at_rest, locked, require_stable
+from beltsim.event_map.propagate import checked_run, require_joint
+from beltsim.event_map.series import AnyPiece, pieces
+from beltsim.event_map.settings import Settings
+from beltsim.event_map.walk import MODES, Walk, walk
+from beltsim.friction import Coulomb, FrictionLaw
+from beltsim.problem import FrictionProblem
+from beltsim.response import EventLog, Response, figures
+
+#: Periods followed before the first Newton step, and in all before the search is given up.
+_FIRST_PERIODS = 3
+_MOST_PERIODS = 4000
+#: Residual below which the derivative of the last step is good enough for the next.
+_CLOSE = 1e-5
+#: Residual that no further step improves.
+_ROUNDING = 3e-15
+
+
+def periodic(
+    problem: FrictionProblem, settings: Settings | None = None, *, guess: Any = None
+) -> Response:
+    """The periodic response, exact to rounding, with its Floquet multipliers.
+
+    Parameters
+    ----------
+    problem : FrictionProblem
+        With a joint and a stable linear part.
+    settings : Settings, optional
+        `tolerance`, `harmonics`, `samples_per_period`, `max_multiple`.
+    guess : array_like of shape (2n,), optional
+        State at t = 0 near the orbit, such as that of a neighbouring torque.
+
+    Returns
+    -------
+    Response
+        One period, both ends; for a joint that never moves, at the middle of its rest interval.
+
+    Raises
+    ------
+    NotPeriodicError
+        When the linear part is unstable, or (Q_s > Q_m) when no orbit of at most `max_multiple`
+        forcing periods was found.
+    ConvergenceError
+        When the residual stays above the tolerance.
+
+    Examples
+    --------
+    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
+    >>> push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
+    >>> orbit = periodic(one)
+    >>> orbit.events.kind.tolist(), orbit.periodic
+    (['stick', 'slip-', 'stick', 'slip+'], True)
+    """
+    settings = settings or Settings()
+    require_joint(problem)
+    require_stable(problem)
+    state = checked_run(problem, 1.0, guess)
+    law = problem.friction
+    if isinstance(law, Coulomb):
+        rest = locked(problem).rest_interval(law.Q_s or 0.0)
+        if rest is not None:
+            return _resting(problem, rest, settings)
+    failures = []
+    for multiple in range(1, settings.max_multiple + 1):
+        search = _search(problem, state, multiple, settings, guess is not None)
+        if search.residual <= settings.tolerance:
+            return _orbit_response(problem, search, settings)
+        failures.append(search)
+    raise _failure(law, failures, settings)
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """Where a shooting search stands: a state, its image one period later, and how they differ.
+
+    With `sign` -1 the period is half of the orbit's. `inverse` is (I - S)^-1 of an earlier state
+    nearby.
+    """
+
+    problem: FrictionProblem
+    periods: float
+    sign: float
+    multiple: int
+    state: FloatArray
+    run: Walk
+    residual: float
+    followed: float
+    history: tuple[float, ...]
+    inverse: FloatArray | None = None
+
+    @property
+    def image(self) -> FloatArray:
+        """State after the period, as it would be compared with `state`."""
+        return self.sign * self.run.final_state
+
+    def derivative(self) -> FloatArray:
+        """Derivative (2n, 2n) of the image."""
+        return self.sign * jacobian(self.problem, self.run)
+
+    def at(self, state: FloatArray, followed: float, inverse: FloatArray | None = None) -> _Search:
+        """The search at another state; `followed` more forcing periods were spent to get there."""
+        run = walk(self.problem, state, self.periods)
+        residual = _residual(self.problem, state, self.sign * run.final_state)
+        followed += self.followed + self.periods
+        history = (*self.history, residual)
+        return replace(
+            self,
+            state=state,
+            run=run,
+            residual=residual,
+            followed=followed,
+            history=history,
+            inverse=inverse,
+        )
+
+    def rested(self, state: FloatArray) -> FloatArray:
+        """`state` with the joint exactly at rest, when the period ends in stick."""
+        if self.run.final_mode == 0 and isinstance(self.problem.friction, Coulomb):
+            state = state.copy()
+            state[self.problem.n + (self.problem.joint or 0)] = 0.0
+        return state
+
+    def after(self, stretch: int) -> _Search:
+        """The search after following the motion itself over `stretch` of its periods."""
+        length = stretch * self.periods
+        state = walk(self.problem, self.state, length).final_state
+        return self.at(state * self.sign**stretch, length)
+
+
+def _residual(problem: FrictionProblem, state: FloatArray, image: FloatArray) -> float:
+    """Largest change of the state over its largest entry, velocities over Omega."""
+    weight = np.ones(2 * problem.n)
+    weight[problem.n :] /= problem.forcing.Omega
+    size = np.abs(image * weight).max()
+    gap = np.abs((image - state) * weight).max()
+    return float(gap / size) if size > 0.0 else float(gap)
+
+
+def _search(
+    problem: FrictionProblem, state: FloatArray, multiple: int, settings: Settings, warm: bool
+) -> _Search:
+    """Newton, with stretches of the motion itself wherever it does not converge."""
+    half = multiple % 2 == 1 and half_wave(problem)
+    periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
+    run = walk(problem, state, periods)
+    residual = _residual(problem, state, sign * run.final_state)
+    search = _Search(problem, periods, sign, multiple, state, run, residual, periods, (residual,))
+    if not warm and residual > settings.tolerance:
+        search = search.after(_FIRST_PERIODS)
+    stretch = 4
+    while search.residual > settings.tolerance and search.followed < _MOST_PERIODS:
+        better = _newton(search)
+        if better is not None and better.residual < 0.9 * search.residual:
+            search = better
+        elif search.inverse is not None:
+            search = replace(search, inverse=None)
+        else:
+            search = search.after(stretch)
+            stretch = min(2 * stretch, 256)
+    if search.followed < _MOST_PERIODS and search.residual > _ROUNDING:
+        better = _newton(search)  # below the tolerance: down to rounding by one more step
+        if better is not None and better.residual < search.residual:
+            search = better
+    rested = search.rested(search.state)
+    return search if np.array_equal(rested, search.state) else search.at(rested, 0.0)
+
+
+def _newton(search: _Search) -> _Search | None:
+    """The search after one Newton step; None where the derivative is singular.
+
+    Once close, the next step takes the derivative of this one.
+    """
+    problem = search.problem
+    n, inverse = problem.n, search.inverse
+    if inverse is None:
+        try:
+            inverse = _inverse(problem, np.eye(2 * n) - search.derivative())
+        except np.linalg.LinAlgError:
+            return None
+    state = search.rested(search.state + inverse @ (search.image - search.state))
+    if not np.isfinite(state).all():
+        return None
+    found = search.at(state, 0.0, inverse)
+    if found.residual > _CLOSE or found.residual > 0.01 * search.residual:
+        found = replace(found, inverse=None)
+    return found
+
+
+def _inverse(problem: FrictionProblem, A: FloatArray) -> FloatArray:
+    """Inverse of I - S; the least step where orbits are not isolated (a joint without spring)."""
+    found: Any
+    if isinstance(flows_of(problem).free, CellFlow):
+        found = np.linalg.pinv(A, rcond=1e-10)
+    else:
+        found = np.linalg.inv(A)
+    return np.asarray(found, dtype=float)
+
+
+def half_wave(problem: FrictionProblem) -> bool:
+    """Whether the forcing changes sign after half a period: odd harmonics only."""
+    forcing = problem.forcing
+    return not (np.any(forcing.cos[0::2]) or np.any(forcing.sin[0::2]))
+
+
+def _orbit_response(problem: FrictionProblem, search: _Search, settings: Settings) -> Response:
+    multipliers = np.linalg.eigvals(search.derivative()).astype(complex)
+    run, symmetric = search.run, search.sign < 0.0
+    if symmetric:
+        multipliers = multipliers**2
+        run = walk(problem, search.state, float(search.multiple))
+    statistics = {
+        "solver": "event_map",
+        "multiple": search.multiple,
+        "newton_steps": len(search.history) - 1,
+        "periods_followed": search.followed,
+        "residual": search.residual,
+    }
+    return orbit_of(problem, run, multipliers, None, statistics, settings, symmetric)
+
+
+def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Settings) -> Response:
+    """The locked orbit at the middle of the rest interval."""
+    flows = flows_of(problem)
+    position = 0.5 * (rest[0] + rest[1])
+    if not np.isfinite(position):
+        position = 0.0
+    run = walk(problem, at_rest(problem, position), 1.0)
+    pairs = np.exp(flows.held.exponents * problem.period)
+    both = np.concatenate([pairs, pairs[flows.held.exponents.imag > 0.0].conj()])
+    multipliers = np.concatenate([both, [1.0, 0.0]])  # the position is free, the velocity is not
+    statistics = {"solver": "event_map", "multiple": 1, "newton_steps": 0, "residual": 0.0}
+    return orbit_of(problem, run, multipliers, rest, statistics, settings)
+
+
+def orbit_of(
+    problem: FrictionProblem,
+    run: Walk,
+    multipliers: ComplexArray,
+    rest: tuple[float, float] | None,
+    statistics: dict[str, Any],
+    settings: Settings,
+    symmetric: bool = False,
+) -> Response:
+    """The `Response` of a closed walk, `symmetric` when its second half mirrors the first."""
+    half = 0.5 * run.end if symmetric else None
+    found = list(pieces(problem, run, 0.0, run.end if half is None else half))
+    coefficients: ComplexArray | None = None
+    torque_coefficients: ComplexArray | None = None
+    if statistics["multiple"] == 1:
+        coefficients, torque_coefficients = fourier(problem, found, settings.harmonics, symmetric)
+    window = build.window_of(problem, found, symmetric, (run.initial_state, run.final_state))
+    events = build.event_log(problem, run)
+    steps = max(1, round(run.end / problem.period * settings.samples_per_period))
+    t = np.linspace(0.0, run.end, steps + 1)
+    q, q_dot, torque = build.sampled_orbit(found, problem.n, t, half)
+    speed = float(np.abs(q_dot[:, problem.joint or 0]).max())
+    mode = MODES[run.initial_mode]
+    return Response(
+        problem=problem,
+        t=t,
+        q=q,
+        q_dot=q_dot,
+        friction_torque=torque,
+        initial_state=run.initial_state,
+        final_state=run.final_state,
+        initial_mode=mode,
+        events=_on_the_circle(events, run.end),
+        near_grazing=build.near_grazing(problem, run, speed),
+        window=(0.0, run.end),
+        **figures(problem, events, mode, window)._asdict(),
+        periodic=True,
+        coefficients=coefficients,
+        torque_coefficients=torque_coefficients,
+        multipliers=multipliers,
+        rest_interval=rest,
+        warnings=problem.warnings,
+        statistics=statistics,
+    )
+
+
+def _on_the_circle(events: EventLog, period: float) -> EventLog:
+    """An event on the boundary is listed once, at 0."""
+    if not len(events) or events.t[-1] < period:
+        return events
+    order = np.append(len(events) - 1, np.arange(len(events) - 1))
+    parts = {name: getattr(events, name)[order] for name in events.__dataclass_fields__}
+    parts["t"][0] = 0.0
+    return EventLog(**parts)
+
+
+def fourier(
+    problem: FrictionProblem, found: list[AnyPiece], harmonics: int, symmetric: bool = False
+) -> tuple[ComplexArray, ComplexArray]:
+    """Exact coefficients (R + 1, n) of the coordinates and (R + 1,) of the friction torque.
+
+    `symmetric`: `found` is half a period, which the other half repeats with the opposite sign.
+    """
+    orders = max(harmonics + 1, len(problem.forcing.cos))  # the forcing's serve its work too
+    total: Any = np.zeros((orders, 2 * problem.n + 1), complex)
+    for piece in found:
+        total += piece.fourier(orders)
+    total = total[: harmonics + 1]
+    if symmetric:
+        total[1::2] *= 2.0
+        total[0::2] = 0.0
+    total *= 2.0 / problem.period
+    total[0] *= 0.5
+    return total[:, : problem.n], total[:, -1]
+
+
+def rms(orbit: Response) -> FloatArray:
+    """Root mean square (n,) of each coordinate over a periodic orbit, mean included, exact.
+
+    Parameters
+    ----------
+    orbit : Response
+        From `periodic` or `solve_many`.
+
+    Returns
+    -------
+    (n,)
+        In the problem's units.
+
+    Examples
+    --------
+    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
+    >>> push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
+    >>> rms(periodic(one)).round(4)
+    array([1.0331])
+    """
+    problem, end = orbit.problem, orbit.window[1]
+    symmetric = orbit.rest_interval is None and half_wave(problem)
+    length = 0.5 * end if symmetric and orbit.statistics["multiple"] % 2 else end
+    run = walk(problem, orbit.initial_state, length / problem.period)
+    found: Any = sum(piece.squares(problem.n) for piece in pieces(problem, run, 0.0, length))
+    root: FloatArray = np.sqrt(np.maximum(found, 0.0) / length)
+    return root
+
+
+def _failure(law: FrictionLaw | None, searches: list[_Search], settings: Settings) -> Exception:
+    best = min(searches, key=lambda search: search.residual)
+    n = best.problem.n
+    change = best.image - best.state
+    speed = float(np.abs(best.image[n:]).max())
+    if best.sign > 0.0 and float(np.abs(change[n:]).max()) <= 1e-9 * speed:
+        drift = float(np.abs(change[:n]).max())
+        text = (
+            f"the velocities repeat but the position drifts by {drift:.3g} per period: nothing "
+            "holds the mean place of the joint. Add stiffness, or look at a transient"
+        )
+        return NotPeriodicError(text)
+    residual = f"residual {best.residual:.3g} after {best.followed:g} forcing periods"
+    if isinstance(law, Coulomb) and law.Q_s is not None and law.Q_s > law.Q_m:
+        text = (
+            f"no orbit of period {', '.join(str(s.multiple) for s in searches)} was found "
+            f"({residual}). With Q_s = {law.Q_s:g} > Q_m = {law.Q_m:g} none need exist; try a "
+            f"larger max_multiple ({settings.max_multiple} now) or look at a transient"
+        )
+        return NotPeriodicError(text)
+    text = (
+        f"shooting stopped at {residual}, above the tolerance {settings.tolerance:g}; "
+        "try a larger tolerance or a guess from a neighbouring case"
+    )
+    return ConvergenceError(text, best.state, best.history)

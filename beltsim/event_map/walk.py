@@ -1,0 +1,126 @@
+"""One walk through slip and stick with the C map: raw events and where it ended.
+
+Depends on: flows, binding.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from beltsim.checks import FloatArray
+from beltsim.errors import CoreError
+from beltsim.event_map import binding
+from beltsim.event_map.flows import Flows, flows_of, inner_flow
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.problem import FrictionProblem
+
+MODES = {0: "stick", 1: "slip+", -1: "slip-"}
+KINDS = ("stick", "reverse", "slip+", "slip-")
+#: Leading columns of an event's reals and integers, as in beltsim_map.h.
+TIME, TORQUE_BEFORE, TORQUE_AFTER, MARGIN, TOUCH_TIME, TOUCH_GAP, STATE = range(7)
+PERIODS, KIND, MULTIPLE = range(3)
+_CHUNK = 32
+_STATUS = {
+    -1: ("BM_NO_MEMORY", "the workspace could not be allocated; try a smaller problem"),
+    -2: ("BM_CHATTER", "more events in a period than this system can have; check its input"),
+    -3: ("BM_NOT_FINITE", "the state left the range of double; is the system stable?"),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """Events of a walk (raw columns) and its two ends."""
+
+    initial_state: FloatArray
+    final_state: FloatArray
+    initial_mode: int
+    final_mode: int
+    end: float
+    t: FloatArray
+    integers: NDArray[np.int64]
+    reals: FloatArray
+
+    def modes(self) -> NDArray[np.int64]:
+        """Mode of each phase: one more than there are events."""
+        modes = [self.initial_mode]
+        for kind in self.integers[:, KIND]:
+            modes.append((0, -modes[-1], 1, -1)[kind])
+        return np.array(modes)
+
+    def states(self) -> FloatArray:
+        """State at the start of each phase, (phases, 2n)."""
+        return np.vstack([self.initial_state, self.reals[:, STATE:]])
+
+    def starts(self) -> FloatArray:
+        """Time at the start of each phase."""
+        return np.concatenate([[0.0], self.t])
+
+
+def walk(
+    problem: FrictionProblem, state: FloatArray, periods: float, max_events: int = 10_000_000
+) -> Walk:
+    """Follow `problem` from `state` (2n,) over `periods` forcing periods."""
+    flows, law, inner = flows_of(problem), problem.friction, inner_flow(problem)
+    assert law is not None
+    Q_s = law.Q_s if isinstance(law, Coulomb) else law.Q_m
+    sigma = law.sigma if isinstance(law, SaturatedCoulomb) else 0.0
+    period = problem.period
+    state = np.array(state, dtype=float)
+    initial = state.copy()
+    whole = int(np.floor(periods))
+    width = STATE + 2 * problem.n
+    limit = _event_limit(flows)
+    reals = np.array([problem.forcing.Omega, law.Q_m, Q_s, limit, 0.0, Q_s, sigma])
+    integers = np.array([problem.joint, 0, 0, 0, 0, 0], dtype=np.int64)
+    run = (problem.n, len(problem.forcing.cos) - 1, flows.free.m, inner.m, int(sigma > 0.0))
+    arrays = (flows.free.packed, inner.packed, reals, integers, state)
+    chunks: list[tuple[NDArray[np.int64], FloatArray]] = []
+    total = 0
+    while True:
+        capacity = min(_CHUNK << min(2 * len(chunks), 9), max_events + 1)
+        found_i = np.empty((capacity, 3), dtype=np.int64)
+        found_r = np.empty((capacity, width))
+        status, count = binding.propagate(
+            *run, *arrays, found_i, found_r, capacity, 0, whole, (periods - whole) * period
+        )
+        chunks.append((found_i[:count], found_r[:count]))
+        total += count
+        if status < 0:
+            _raise(status, found_i[:count], found_r[:count], integers, reals, period)
+        if status == 0:
+            break
+        if total > max_events:
+            text = f"{total} events, more than max_events = {max_events}; raise it or run less"
+            raise CoreError(text, "BM_FULL", float(integers[1] * period + reals[4]))
+    all_i, all_r = chunks[0]
+    if len(chunks) > 1:
+        all_i = np.concatenate([chunk[0] for chunk in chunks])
+        all_r = np.concatenate([chunk[1] for chunk in chunks])
+    t = all_i[:, PERIODS] * period + all_r[:, TIME]
+    first, last = int(integers[5]), int(integers[2])
+    return Walk(initial, state, first, last, periods * period, t, all_i, all_r)
+
+
+def _event_limit(flows: Flows) -> float:
+    """More events per period than a system with these exponents can have."""
+    return 20.0 + 8.0 * flows.free.fastest / flows.free.Omega
+
+
+def _raise(
+    status: int,
+    integers: NDArray[np.int64],
+    reals: FloatArray,
+    whole: NDArray[np.int64],
+    run: FloatArray,
+    period: float,
+) -> None:
+    name, text = _STATUS[status]
+    time = float(whole[1] * period + run[4])
+    last = None
+    if len(integers):
+        last = (float(integers[-1, PERIODS] * period + reals[-1, TIME]), KINDS[integers[-1, KIND]])
+    message = f"exact map stopped at t = {time:.6g}: {text}"
+    raise CoreError(message, name, time, MODES[int(whole[2])], last)

@@ -1,0 +1,135 @@
+/* Exact map of a linear system with one Coulomb joint: the whole interface.
+ *
+ * Between events the state x = (q, q_dot) follows a linear flow with periodic
+ * forcing and one constant load c,
+ *
+ *   x(t) = Re( V a(t) ) + Re sum_h P_h exp(i h Omega t) + X_c c,
+ *   a_k(t) = a_k(0) exp(lambda_k t),      a(0) = W (x(0) - forced part).
+ *
+ * There are two flows. Free joint: N = 2n, c is the friction torque. Held
+ * joint: N = 2(n - 1), c is the position at which it is held. Each flow
+ * carries the signal that ends its phases: the joint's velocity, or the
+ * reaction that holds the joint,
+ *
+ *   s(t) = row x + Re sum_h D_h exp(i h Omega t) + d_c c.
+ *
+ * A flow without good eigenvectors (defective, nearly so, at rest or at a
+ * resonance) comes as cells instead: the matrix of the extended state
+ * y = (in x, 1, c, cos h Omega t .., sin h Omega t ..), its exponential over a
+ * cell, and the signal's Taylor rows. Its m is BM_CELLS.
+ *
+ * All arrays are row-major and belong to the caller; nothing is kept after a
+ * call. No function prints, allocates more than its workspace, or calls back.
+ */
+#ifndef BELTSIM_MAP_H
+#define BELTSIM_MAP_H
+
+#include <stdint.h>
+
+typedef enum { BM_STICK = 0, BM_SLIP_POS = 1, BM_SLIP_NEG = -1 } bm_mode;
+
+typedef enum {
+  BM_OK = 0,         /* the end of the run was reached                     */
+  BM_FULL = 1,       /* the event buffer is full: drain it and go on       */
+  BM_NO_MEMORY = -1, /* the workspace could not be allocated               */
+  BM_CHATTER = -2,   /* more events than this system can have              */
+  BM_NOT_FINITE = -3 /* the state left the range of double                 */
+} bm_status;
+
+/* Amplitudes of a flow that comes as cells. */
+#define BM_CELLS (-1)
+/* Terms of every Taylor series, enough for a cell. */
+#define BM_TERMS 32
+
+/* What stands for the modes; Na = N + 2 + 2H reals in the extended state. */
+typedef struct {
+  double d;                 /* length of a cell: |A| d <= 1               */
+  const double *into, *out; /* x to the first N of y and back, transposed */
+  const double *A, *E;      /* A d and exp(A d), transposed (Na, Na)      */
+  const double *rows;       /* Taylor rows of the signal (BM_TERMS, Na)   */
+} bm_cells;
+
+/* One linear flow; m amplitudes, H harmonics, N reals of state. Complex arrays
+ * come as separate real and imaginary parts, laid out as the loops read them.
+ */
+typedef struct {
+  int N;        /* reals in the state                         */
+  int m;        /* modal amplitudes                           */
+  int H;        /* highest harmonic of the forcing            */
+  double Omega; /* fundamental frequency                      */
+  const double *lambda_re, *lambda_im; /* exponents (m)                      */
+  const double *V_re, *V_im; /* amplitudes to state, transposed: (m, N)    */
+  const double *W_re, *W_im; /* state to amplitudes, transposed: (N, m)    */
+  const double *P_re, *P_im; /* forced response (H + 1, N)                 */
+  const double *X_c;         /* response to a unit constant load (N)       */
+  const double *row;         /* signal row (N)                             */
+  const double *D_re, *D_im; /* direct part of the signal (H + 1)          */
+  double d_c;                /* direct part of the constant load           */
+  const double *tables;      /* what bm_flow_prepare derives from the rest */
+  bm_cells cells;            /* used when m is BM_CELLS                    */
+} bm_flow;
+
+/* A run: what is solved, and where it stands. Time is counted in whole
+ * periods and a rest, so that phase does not drift over long runs. */
+typedef struct {
+  const bm_flow *free;   /* joint moving: N = 2n, c = friction torque      */
+  const bm_flow *held;   /* joint at rest: N = 2(n - 1), c = its position; */
+                         /* saturated law: inside the band, N = 2n, c = 0  */
+  double sigma;          /* half width of the band; 0 = set-valued law     */
+  int joint;             /* index of the joint among the n coordinates     */
+  double Q_m, Q_s;       /* kinetic and static friction torque             */
+  double event_limit;    /* events per period that this system can have    */
+  int64_t periods;       /* in, out: forcing periods completed             */
+  double time;           /* in, out: time since then, below one period     */
+  int mode;              /* in, out: a bm_mode, ignored when `started` = 0 */
+  int started;           /* in, out: 0 = decide the mode from the state    */
+  int first_mode;        /* out: what was decided                          */
+  int multiplicity;      /* in, out: order of zero this phase began with   */
+  double reaction_scale; /* in, out: largest reaction met, at least Q_s    */
+  double *state;         /* in, out: (2n)                                  */
+} bm_run;
+
+/* Columns of an event's reals, before its state (2n). */
+enum {
+  BM_TIME,          /* since the start of the event's period                  */
+  BM_TORQUE_BEFORE, /* friction torque just before                            */
+  BM_TORQUE_AFTER,  /* and just after                                         */
+  BM_MARGIN,        /* distance to the other outcome, see the Python side     */
+  BM_TOUCH_TIME,    /* nearest miss within the phase that ends here: its time */
+  BM_TOUCH_GAP,     /* after the phase's start, and how near it came          */
+  BM_EVENT_REALS
+};
+
+/* Columns of an event's integers. */
+enum {
+  BM_PERIODS,  /* forcing periods completed                              */
+  BM_KIND,     /* 0 stick, 1 reverse, 2 slip+, 3 slip-                   */
+  BM_MULTIPLE, /* 1: tangent to working precision                        */
+  BM_EVENT_INTEGERS
+};
+
+typedef struct {
+  int64_t capacity;
+  int64_t count;     /* in, out: rows filled                           */
+  int64_t *integers; /* (capacity, BM_EVENT_INTEGERS)                  */
+  double *reals;     /* (capacity, BM_EVENT_REALS + 2n)                */
+} bm_events;
+
+/* Reals in a packed flow: the arrays of bm_flow one after the other, then d_c;
+ * that many are the caller's. Then room for the tables: `reals` in all. With m
+ * BM_CELLS: into, out, A, E, rows, row, D_re, D_im, d_c, d and no tables. */
+int64_t bm_flow_inputs(int N, int m, int H);
+int64_t bm_flow_reals(int N, int m, int H);
+
+/* Fills the tables of a packed flow whose inputs are set. */
+void bm_flow_prepare(double *packed, int N, int m, int H, double Omega);
+
+/* Points `flow` into a prepared flow of that size. */
+void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
+                    double Omega);
+
+/* Goes on until `end_periods` and `end_time`, or until a buffer is full. */
+bm_status bm_propagate(bm_run *run, int64_t end_periods, double end_time,
+                       bm_events *events);
+
+#endif
