@@ -168,8 +168,6 @@ class FrictionProblem:
         object.__setattr__(self, "labels", tuple(labels))
         object.__setattr__(self, "observables", tuple(self.observables))
         object.__setattr__(self, "warnings", tuple(self.warnings))
-        # What a solver derives from the linear part alone; `with_friction` passes it on.
-        object.__setattr__(self, "shared", {})
 
     @property
     def n(self) -> int:

@@ -128,11 +128,10 @@ def condense(problem: FrictionProblem, R: int, harmonics: str = "auto") -> Conde
     >>> found.orders, found.reaction[0].real.item(), found.impedance(0)[0].imag.item()
     (array([1, 3, 5]), 3.0, 0.1)
     """
-    key = ("harmonic_balance", R, harmonics)
-    shared = cast("dict[object, object]", problem.__dict__["shared"])
-    if key not in shared:
-        shared[key] = _condense(problem, R, harmonics)
-    return cast("Condensed", shared[key])
+    name = f"harmonic_balance {R} {harmonics}"
+    if name not in problem.shared:
+        problem.shared[name] = _condense(problem, R, harmonics)
+    return cast("Condensed", problem.shared[name])
 
 
 def _condense(problem: FrictionProblem, R: int, harmonics: str) -> Condensed:
