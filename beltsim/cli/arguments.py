@@ -46,6 +46,7 @@ def parser() -> argparse.ArgumentParser:
     verbs = top.add_subparsers(dest="verb", required=True, metavar="VERB", parser_class=_Parser)
     _modes(verbs)
     _run(verbs)
+    _hb(verbs)
     _events(verbs)
     _plot(verbs)
     _init(verbs)
@@ -93,6 +94,27 @@ def _run(verbs: argparse._SubParsersAction[_Parser]) -> None:
     solver.add_argument("--max-seconds", type=_number, metavar="X", help="give up after X seconds")
     _add_output(verb)
     verb.add_argument("--no-plot", action="store_true", help="draw no pictures")
+
+
+def _hb(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    verb = _verb(verbs, "hb", "find the periodic response by harmonic balance")
+    _add_operation(verb)
+    method = verb.add_argument_group("method")
+    method.add_argument(
+        "-R",
+        "--harmonics",
+        type=_integer,
+        metavar="N",
+        default=15,
+        help="highest harmonic of the forcing (default: 15)",
+    )
+    method.add_argument(
+        "--sigma",
+        type=_number,
+        metavar="X",
+        help="use the saturated law with this band instead of exact Coulomb friction",
+    )
+    verb.add_argument("--out", metavar="DIR", help=f"folder for the result (default: {OUT})")
 
 
 def _events(verbs: argparse._SubParsersAction[_Parser]) -> None:

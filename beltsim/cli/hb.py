@@ -1,0 +1,109 @@
+"""`beltsim hb`: the periodic response of a drive by harmonic balance.
+
+Depends on: harmonic_balance, io; the other modules of cli.
+"""
+
+from __future__ import annotations
+
+import argparse
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from beltsim.cli.arguments import OUT
+from beltsim.cli.mistakes import Mistakes
+from beltsim.cli.operation import examined, friction_given, merged
+from beltsim.cli.source import Source, read_source
+from beltsim.cli.steady import operating_lines, warning_lines
+from beltsim.cli.text import complain, say, table
+from beltsim.errors import InvalidProblemError, ResultFileError
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.harmonic_balance import Settings, reversals_of_series, solve
+from beltsim.io import require_writable, save
+from beltsim.metrics import Survey
+from beltsim.problem import FrictionProblem
+from beltsim.response import Response
+
+
+def run(options: argparse.Namespace) -> int:
+    """Solve, write and print; the exit status."""
+    source, arguments, problem, survey, settings = _prepared(options)
+    response = solve(problem, options.harmonics, settings)
+    stem = Path(options.out or OUT) / Path(options.file).stem
+    target, trouble = stem.with_name(f"{stem.name}-hb.nc"), ""
+    inputs = {
+        "drive": source.text,
+        "suffix": source.suffix,
+        "arguments": arguments,
+        "settings": asdict(settings),
+    }
+    try:
+        stem.parent.mkdir(parents=True, exist_ok=True)
+        save(response, target, inputs)
+    except (OSError, ResultFileError) as error:
+        trouble = str(error)
+    say(source.drive.name or stem.name, *operating_lines(survey, problem), "")
+    say(*_lines(response))
+    say(*warning_lines(tuple(dict.fromkeys((*survey.warnings, *response.warnings)))))
+    if not trouble:
+        say("", "Written", f"  {target}")
+    complain(trouble)
+    return 1 if trouble else 0
+
+
+def _lines(response: Response) -> list[str]:
+    """Harmonics of the arm, and what the series says about its motion."""
+    problem, seen = response.problem, response.statistics
+    joint, series = problem.joint, response.coefficients
+    assert joint is not None
+    assert series is not None
+    velocity = [1j * k * row[joint] for k, row in enumerate(series)]
+    torques = response.torque_coefficients
+    rows = [
+        [str(k), f"{abs(series[k, joint]):.4e}", f"{abs(torques[k]):.4e}"]
+        for k in range(1, len(series))
+        if torques is not None and (abs(series[k, joint]) > 0.0 or abs(torques[k]) > 0.0)
+    ]
+    lines = [
+        f"Harmonic balance, R = {seen['R']}: the arm is locked from Q_m = {seen['Q_cr']:.4g} "
+        f"(with these harmonics from {seen['Q_cr_R']:.4g})",
+        "",
+        *table(("harmonic", "arm angle", "friction"), rows[:12]),
+        "",
+        f"stick fraction       {response.stick_fraction:.1%}",
+        f"dissipated energy    {response.dissipated_energy:.4g} per period (P0 r_t)",
+        f"nu                   {response.velocity_reversals:.3g} "
+        f"(sign changes of the truncated series: {reversals_of_series(velocity):.3g})",
+    ]
+    if "error_estimate" in seen:
+        lines.append(f"error of the angle   about {seen['error_estimate']:.2g} (rms)")
+    return lines
+
+
+def _prepared(
+    options: argparse.Namespace,
+) -> tuple[Source, dict[str, Any], FrictionProblem, Survey, Settings]:
+    """Everything that the solution needs, or every mistake in its input at once."""
+    mistakes = Mistakes()
+    source = read_source(options.file)
+    arguments = merged(options, source.arguments)
+    law: Coulomb | SaturatedCoulomb | None = None
+    problem, found = None, None
+    with mistakes.gathered():
+        law = friction_given(source, arguments)
+    with mistakes.gathered():
+        problem, found = examined(source, arguments, law)
+    with mistakes.gathered():
+        if problem is not None and problem.joint is None:
+            raise InvalidProblemError(
+                f"{options.file}: this drive has no tensioner, so no friction"
+            )
+    with mistakes.gathered():
+        require_writable(Path(options.out or OUT))
+    mistakes.raise_any()
+    assert problem is not None
+    assert found is not None
+    if options.sigma is not None:
+        Q_m = problem.friction.Q_m if problem.friction is not None else 0.0
+        problem = problem.with_friction(SaturatedCoulomb(Q_m, options.sigma))
+    return source, arguments, problem, found, Settings(sigma_ladder=options.sigma is not None)

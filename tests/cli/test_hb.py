@@ -1,0 +1,44 @@
+"""`beltsim hb`: prints the harmonics, writes a result that can be read again."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import beltsim
+from beltsim.cli import main
+
+DRIVE = str(Path(__file__).parents[2] / "examples" / "zhu_parker_2008.toml")
+POINT = ["--omega", "6.3", "--functions", "4", "--Q-m", "3.5"]
+
+
+def test_it_prints_and_writes(tmp_path, capsys):
+    assert main(["hb", DRIVE, *POINT, "-R", "9", "--out", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert "Harmonic balance, R = 9" in said
+    assert "with these harmonics from" in said
+    found = beltsim.load(tmp_path / "zhu_parker_2008-hb.nc")
+    assert found.coefficients.shape[0] == 10
+    assert f"{abs(found.coefficients[1, found.problem.joint]):.4e}" in said
+
+
+def test_a_band_takes_the_papers_method(tmp_path, capsys):
+    words = ["hb", DRIVE, *POINT, "-R", "9", "--sigma", "1e-4", "--out", str(tmp_path)]
+    assert main(words) == 0
+    assert "truncated series: 1)" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["-R", "0"], "R = 0"),
+        (["-R", "8", "--sigma", "1e-3"], "odd for the saturated law"),
+        (["--sigma", "0"], "sigma"),
+    ],
+)
+def test_bad_input_is_one_line(words, told, tmp_path, capsys):
+    assert main(["hb", DRIVE, *POINT, *words, "--out", str(tmp_path)]) == 2
+    said = capsys.readouterr().err.strip()
+    assert told in said
+    assert len(said.splitlines()) == 1
