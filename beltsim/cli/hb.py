@@ -75,7 +75,7 @@ def _lines(response: Response) -> list[str]:
         f"nu                   {response.velocity_reversals:.3g} "
         f"(sign changes of the truncated series: {reversals_of_series(velocity):.3g})",
     ]
-    if "error_estimate" in seen:
+    if seen.get("error_estimate") is not None:
         lines.append(f"error of the angle   about {seen['error_estimate']:.2g} (rms)")
     return lines
 

@@ -81,7 +81,7 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     statistics = _statistics(condensed, solved, settings, method)
     if settings.estimate:
         statistics["error_estimate"] = _estimate(problem, condensed, solved, settings)
-    warnings = _lock_warnings(condensed, law)
+    warnings = _lock_warnings(condensed, law) + _gap_warnings(solved, settings, method)
     found = build(problem, condensed, solved, settings, statistics, warnings)
     if not found.statistics["balance_residual"] <= BALANCED:
         residual = found.statistics["balance_residual"]
@@ -174,13 +174,24 @@ def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
     )
 
 
+def _gap_warnings(solved: Solved, settings: Settings, method: str) -> tuple[str, ...]:
+    """A gap above the one asked for is accepted up to `ACCEPTED_GAP`, but never in silence."""
+    exact = method == "set_valued" and settings.projection == "exact"
+    if not exact or solved.gap <= settings.tolerance:
+        return ()
+    return (
+        f"the torque misses its law by a gap of {solved.gap:.2g}, above the tolerance "
+        f"{settings.tolerance:g}: cells cannot be cut finer; use fewer harmonics or accept it",
+    )
+
+
 def _estimate(
     problem: FrictionProblem, condensed: Condensed, solved: Solved, settings: Settings
-) -> float:
+) -> float | None:
     """Four times the rms difference of the joint's coordinate to a solution with 2R + 5 harmonics.
 
     The error falls at least like 1/R, so the larger solution has at most about half of it;
-    the rest of the factor is for edges that both place alike.
+    the rest of the factor is for edges that both place alike. None when that one is not found.
     """
     law = problem.friction
     other = 2 * condensed.R + 5  # no common grid of cells with R
@@ -188,7 +199,7 @@ def _estimate(
     try:
         second = _solved(compared, law, settings)
     except ConvergenceError:
-        return float("nan")
+        return None
     if solved.locked and second.locked:
         return 0.0
     highest = max(condensed.R, other)
