@@ -296,7 +296,7 @@ def orbit_of(
         events=_on_the_circle(events, run.end),
         near_grazing=build.near_grazing(problem, run, speed),
         window=(0.0, run.end),
-        **figures(problem, events, mode, window)._asdict(),
+        **figures(problem, events, mode, window, cyclic=True)._asdict(),
         periodic=True,
         coefficients=coefficients,
         torque_coefficients=torque_coefficients,

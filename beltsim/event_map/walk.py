@@ -72,7 +72,7 @@ def walk(
     initial = state.copy()
     whole = int(np.floor(periods))
     width = STATE + 2 * problem.n
-    limit = _event_limit(flows)
+    limit = _event_limit(flows, problem.forcing.n_harmonics)
     reals = np.array([problem.forcing.Omega, law.Q_m, Q_s, limit, 0.0, Q_s, sigma])
     integers = np.array([problem.joint, 0, 0, 0, 0, 0], dtype=np.int64)
     run = (problem.n, len(problem.forcing.cos) - 1, flows.free.m, inner.m, int(sigma > 0.0))
@@ -104,9 +104,9 @@ def walk(
     return Walk(initial, state, first, last, periods * period, t, all_i, all_r)
 
 
-def _event_limit(flows: Flows) -> float:
-    """More events per period than a system with these exponents can have."""
-    return 20.0 + 8.0 * flows.free.fastest / flows.free.Omega
+def _event_limit(flows: Flows, harmonics: int) -> float:
+    """More events per period than these exponents, or the highest harmonic, can make."""
+    return 20.0 + 8.0 * max(flows.free.fastest / flows.free.Omega, float(harmonics))
 
 
 def _raise(
