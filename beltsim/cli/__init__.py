@@ -38,6 +38,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     2
     """
     words = list(sys.argv[1:] if argv is None else argv)
+    # Matrices are small here: threads inside linear algebra only get in each other's way.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     _never_fail_on_a_letter()
     try:
         status = _dispatch(words)
