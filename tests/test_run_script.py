@@ -319,10 +319,12 @@ def test_two_at_once_set_up_once(tree):
 # --- what is built ------------------------------------------------------------------------------
 
 
-def test_the_extension_is_built_for_the_stable_interface():
+def test_extensions_are_built_for_the_stable_interface():
     from beltsim import _core
 
-    assert _core.__file__.endswith("_core.abi3.so")
+    built = [path.name for path in Path(_core.__file__).parent.glob("_*.so")]
+    assert "_core.abi3.so" in built
+    assert all(name.endswith(".abi3.so") for name in built), built
 
 
 def test_one_version():
