@@ -23,6 +23,8 @@ KINDS = ("stick", "reverse", "slip+", "slip-")
 TIME, TORQUE_BEFORE, TORQUE_AFTER, MARGIN, TOUCH_TIME, TOUCH_GAP, STATE = range(7)
 PERIODS, KIND, MULTIPLE = range(3)
 _CHUNK = 32
+#: Most forcing periods per call of the C map: an interruption waits for its end.
+_STRETCH = 200_000
 _STATUS = {
     -1: ("BM_NO_MEMORY", "the workspace could not be allocated; try a smaller problem"),
     -2: ("BM_CHATTER", "more events in a period than this system can have; check its input"),
@@ -80,17 +82,17 @@ def walk(
     chunks: list[tuple[NDArray[np.int64], FloatArray]] = []
     total = 0
     while True:
+        stage = min(whole, int(integers[1]) + _STRETCH)
+        rest = (periods - whole) * period if stage == whole else 0.0
         capacity = min(_CHUNK << min(2 * len(chunks), 9), max_events + 1)
         found_i = np.empty((capacity, 3), dtype=np.int64)
         found_r = np.empty((capacity, width))
-        status, count = binding.propagate(
-            *run, *arrays, found_i, found_r, capacity, 0, whole, (periods - whole) * period
-        )
+        status, count = binding.propagate(*run, *arrays, found_i, found_r, capacity, 0, stage, rest)
         chunks.append((found_i[:count], found_r[:count]))
         total += count
         if status < 0:
             _raise(status, found_i[:count], found_r[:count], integers, reals, period)
-        if status == 0:
+        if status == 0 and stage == whole:
             break
         if total > max_events:
             text = f"{total} events, more than max_events = {max_events}; raise it or run less"
