@@ -290,10 +290,18 @@ def phases(
         yield Phase(mode, times[i], times[i + 1], places[i], places[i + 1])
 
 
-def sign_changes(events: EventLog, initial_mode: str, start: float, end: float) -> int:
-    """Slip phases that begin in (start, end] against the direction of the slip phase before."""
+def sign_changes(
+    events: EventLog, initial_mode: str, start: float, end: float, *, cyclic: bool = False
+) -> int:
+    """Slip phases that begin in (start, end] against the direction of the slip phase before.
+
+    `cyclic`: the log is one period of a closed orbit, so what comes before its start is its end.
+    """
+    modes = events.modes_after(initial_mode)
     count, direction = 0, MODE_SIGNS[initial_mode]
-    for t, mode in zip(events.t, events.modes_after(initial_mode), strict=True):
+    if cyclic and not direction:
+        direction = next((MODE_SIGNS[mode] for mode in reversed(modes) if MODE_SIGNS[mode]), 0)
+    for t, mode in zip(events.t, modes, strict=True):
         sign = MODE_SIGNS[mode]
         if sign and direction and sign != direction and start < t <= end:
             count += 1
@@ -310,9 +318,17 @@ def friction_travel(
 
 
 def figures(
-    problem: FrictionProblem, events: EventLog, initial_mode: str | None, window: Window
+    problem: FrictionProblem,
+    events: EventLog,
+    initial_mode: str | None,
+    window: Window,
+    *,
+    cyclic: bool = False,
 ) -> Figures:
-    """The figures of `window`, derived from the event log by the same rule for every solver."""
+    """The figures of `window`, derived from the event log by the same rule for every solver.
+
+    `cyclic`: the window is a closed orbit, with its boundary event, if any, listed at its end.
+    """
     n, joint = problem.n, problem.joint
     period = problem.period
     length = window.end - window.start
@@ -329,7 +345,8 @@ def figures(
             loss = problem.friction.Q_m * friction_travel(events, initial_mode, *span)
         whole = abs(length - period) <= 1e-9 * period  # both ends carry the rounding of t
         per_period = 1.0 if whole else period / length if length > 0.0 else 0.0
-        changes = sign_changes(events, initial_mode, window.start, window.end) * per_period
+        edges = (window.start, window.end)
+        changes = sign_changes(events, initial_mode, *edges, cyclic=cyclic) * per_period
         reversals = max(0.0, (changes - 2.0) / 4.0)
         inside = (events.t > window.start) & (events.t <= window.end)
         stops = float(np.count_nonzero(events.kind[inside] == "stick")) * per_period

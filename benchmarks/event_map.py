@@ -74,6 +74,9 @@ def transients(periods: float, repeats: int, peers: bool) -> None:
 def _peer_ratios(at: FrictionProblem, periods: float, ours: tuple[float, float]) -> list[str]:
     import transient as peers  # benchmarks/transient.py
 
+    if not peers.KERNELS:
+        peers.KERNELS.extend(peers.make_kernels())
+
     peers.sundae(at, 2.0, 1e-8, 1e-10)  # compiles its kernels
     start = time.process_time()
     peers.sundae(at, periods, 1e-8, 1e-10)

@@ -76,6 +76,13 @@ def test_sign_changes_between_successive_slip_phases(first, events, changes):
     assert sign_changes(log(*events), first, 0.0, 1.0) == changes
 
 
+def test_a_closed_orbit_that_starts_in_stick_counts_the_change_across_its_start():
+    orbit = log((0.1, "slip-"), (0.4, "stick"), (0.6, "slip+"), (0.9, "stick"))
+    assert sign_changes(orbit, "stick", 0.0, 1.0) == 1
+    assert sign_changes(orbit, "stick", 0.0, 1.0, cyclic=True) == 2
+    assert sign_changes(log((0.3, "slip+"), (0.5, "stick")), "stick", 0.0, 1.0, cyclic=True) == 0
+
+
 def test_reversals_beyond_two_per_period_over_four():
     """Six changes in the period: nu = (6 - 2)/4."""
     events = log(*[(0.1 * i, "reverse") for i in range(1, 7)])

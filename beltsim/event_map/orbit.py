@@ -14,6 +14,7 @@ Depends on: build, jacobian, locked, settings, walk, response, problem.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -90,8 +91,8 @@ def periodic(
         if rest is not None:
             return _resting(problem, rest, settings)
     failures = []
-    for multiple in range(1, settings.max_multiple + 1):
-        search = _search(problem, state, multiple, settings, guess is not None)
+    for multiple, half in _attempts(problem, settings):
+        search = _search(problem, state, multiple, half, settings, guess is not None)
         if search.residual <= settings.tolerance:
             return _orbit_response(problem, search, settings)
         failures.append(search)
@@ -165,11 +166,30 @@ def _residual(problem: FrictionProblem, state: FloatArray, image: FloatArray) ->
     return float(gap / size) if size > 0.0 else float(gap)
 
 
+def _attempts(problem: FrictionProblem, settings: Settings) -> Iterator[tuple[int, bool]]:
+    """Periods to look for, in forcing periods, and whether by half of them.
+
+    A symmetric problem may have an orbit that is not, when Q_s > Q_m: then halves are not all.
+    """
+    law = problem.friction
+    unique = not isinstance(law, Coulomb) or law.Q_s == law.Q_m
+    for multiple in range(1, settings.max_multiple + 1):
+        half = multiple % 2 == 1 and half_wave(problem)
+        if half:
+            yield multiple, True
+        if not (half and unique):
+            yield multiple, False
+
+
 def _search(
-    problem: FrictionProblem, state: FloatArray, multiple: int, settings: Settings, warm: bool
+    problem: FrictionProblem,
+    state: FloatArray,
+    multiple: int,
+    half: bool,
+    settings: Settings,
+    warm: bool,
 ) -> _Search:
     """Newton, with stretches of the motion itself wherever it does not converge."""
-    half = multiple % 2 == 1 and half_wave(problem)
     periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
     run = walk(problem, state, periods)
     residual = _residual(problem, state, sign * run.final_state)
@@ -242,6 +262,7 @@ def _orbit_response(problem: FrictionProblem, search: _Search, settings: Setting
         "multiple": search.multiple,
         "newton_steps": len(search.history) - 1,
         "periods_followed": search.followed,
+        "half_wave": int(symmetric),
         "residual": search.residual,
     }
     return orbit_of(problem, run, multipliers, None, statistics, settings, symmetric)
@@ -296,15 +317,23 @@ def orbit_of(
         events=_on_the_circle(events, run.end),
         near_grazing=build.near_grazing(problem, run, speed),
         window=(0.0, run.end),
-        **figures(problem, events, mode, window)._asdict(),
+        **figures(problem, events, mode, window, cyclic=True)._asdict(),
         periodic=True,
         coefficients=coefficients,
         torque_coefficients=torque_coefficients,
         multipliers=multipliers,
         rest_interval=rest,
-        warnings=problem.warnings,
+        warnings=(*problem.warnings, *_unstable(multipliers)),
         statistics=statistics,
     )
+
+
+def _unstable(multipliers: ComplexArray) -> tuple[str, ...]:
+    """A warning for an orbit that no motion approaches (possible for Q_s > Q_m only)."""
+    largest = float(np.abs(multipliers).max(initial=0.0))
+    if largest <= 1.0 + 1e-6:
+        return ()
+    return (f"the orbit is unstable: its largest Floquet multiplier has modulus {largest:.4g}",)
 
 
 def _on_the_circle(events: EventLog, period: float) -> EventLog:
@@ -359,8 +388,7 @@ def rms(orbit: Response) -> FloatArray:
     array([1.0331])
     """
     problem, end = orbit.problem, orbit.window[1]
-    symmetric = orbit.rest_interval is None and half_wave(problem)
-    length = 0.5 * end if symmetric and orbit.statistics["multiple"] % 2 else end
+    length = 0.5 * end if orbit.statistics.get("half_wave") else end
     run = walk(problem, orbit.initial_state, length / problem.period)
     found: Any = sum(piece.squares(problem.n) for piece in pieces(problem, run, 0.0, length))
     root: FloatArray = np.sqrt(np.maximum(found, 0.0) / length)
@@ -381,8 +409,9 @@ def _failure(law: FrictionLaw | None, searches: list[_Search], settings: Setting
         return NotPeriodicError(text)
     residual = f"residual {best.residual:.3g} after {best.followed:g} forcing periods"
     if isinstance(law, Coulomb) and law.Q_s is not None and law.Q_s > law.Q_m:
+        tried = ", ".join(sorted({str(search.multiple) for search in searches}))
         text = (
-            f"no orbit of period {', '.join(str(s.multiple) for s in searches)} was found "
+            f"no orbit of period {tried} was found "
             f"({residual}). With Q_s = {law.Q_s:g} > Q_m = {law.Q_m:g} none need exist; try a "
             f"larger max_multiple ({settings.max_multiple} now) or look at a transient"
         )

@@ -23,6 +23,8 @@ KINDS = ("stick", "reverse", "slip+", "slip-")
 TIME, TORQUE_BEFORE, TORQUE_AFTER, MARGIN, TOUCH_TIME, TOUCH_GAP, STATE = range(7)
 PERIODS, KIND, MULTIPLE = range(3)
 _CHUNK = 32
+#: Most forcing periods per call of the C map: an interruption waits for its end.
+_STRETCH = 200_000
 _STATUS = {
     -1: ("BM_NO_MEMORY", "the workspace could not be allocated; try a smaller problem"),
     -2: ("BM_CHATTER", "more events in a period than this system can have; check its input"),
@@ -72,7 +74,7 @@ def walk(
     initial = state.copy()
     whole = int(np.floor(periods))
     width = STATE + 2 * problem.n
-    limit = _event_limit(flows)
+    limit = _event_limit(flows, problem.forcing.n_harmonics)
     reals = np.array([problem.forcing.Omega, law.Q_m, Q_s, limit, 0.0, Q_s, sigma])
     integers = np.array([problem.joint, 0, 0, 0, 0, 0], dtype=np.int64)
     run = (problem.n, len(problem.forcing.cos) - 1, flows.free.m, inner.m, int(sigma > 0.0))
@@ -80,17 +82,17 @@ def walk(
     chunks: list[tuple[NDArray[np.int64], FloatArray]] = []
     total = 0
     while True:
+        stage = min(whole, int(integers[1]) + _STRETCH)
+        rest = (periods - whole) * period if stage == whole else 0.0
         capacity = min(_CHUNK << min(2 * len(chunks), 9), max_events + 1)
         found_i = np.empty((capacity, 3), dtype=np.int64)
         found_r = np.empty((capacity, width))
-        status, count = binding.propagate(
-            *run, *arrays, found_i, found_r, capacity, 0, whole, (periods - whole) * period
-        )
+        status, count = binding.propagate(*run, *arrays, found_i, found_r, capacity, 0, stage, rest)
         chunks.append((found_i[:count], found_r[:count]))
         total += count
         if status < 0:
             _raise(status, found_i[:count], found_r[:count], integers, reals, period)
-        if status == 0:
+        if status == 0 and stage == whole:
             break
         if total > max_events:
             text = f"{total} events, more than max_events = {max_events}; raise it or run less"
@@ -104,9 +106,9 @@ def walk(
     return Walk(initial, state, first, last, periods * period, t, all_i, all_r)
 
 
-def _event_limit(flows: Flows) -> float:
-    """More events per period than a system with these exponents can have."""
-    return 20.0 + 8.0 * flows.free.fastest / flows.free.Omega
+def _event_limit(flows: Flows, harmonics: int) -> float:
+    """More events per period than these exponents, or the highest harmonic, can make."""
+    return 20.0 + 8.0 * max(flows.free.fastest / flows.free.Omega, float(harmonics))
 
 
 def _raise(

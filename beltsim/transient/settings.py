@@ -236,12 +236,15 @@ def default_atol(
 
 
 def events_per_period(problem: FrictionProblem) -> float:
-    """Events of one period beyond which a run is called chatter: 20 + 8 w_max/Omega.
+    """Events of one period beyond which a run is called chatter: 20 + 8 max(w_max/Omega, H).
 
-    `w_max` is bounded from above by Frobenius norms of the mass-scaled matrices.
+    `w_max` is bounded from above by Frobenius norms of the mass-scaled matrices; `H` is the highest
+    harmonic of the forcing, which alone can make four events in each of its own periods.
     """
     root = np.linalg.cholesky(problem.M)
     inner = [np.linalg.solve(root, np.linalg.solve(root, A).T) for A in (problem.K, problem.G)]
     stiffness, gyroscopic = (float(np.linalg.norm(A)) for A in inner)
     fastest = math.sqrt(stiffness) + gyroscopic
-    return CHATTER_BASE + CHATTER_PER_MODE * fastest / problem.forcing.Omega
+    rows = np.any(problem.forcing.cos != 0.0, axis=1) | np.any(problem.forcing.sin != 0.0, axis=1)
+    highest = float(np.flatnonzero(rows)[-1]) if rows.any() else 0.0
+    return CHATTER_BASE + CHATTER_PER_MODE * max(fastest / problem.forcing.Omega, highest)

@@ -372,10 +372,12 @@ bs_status bs_integrator_polynomial(bs_integrator *it, const double *row,
     return status;
   }
   const int d = probe->count - 1;
-  /* terms come from the highest power down, their factors are x^k, x = -1 */
+  /* terms come from the highest power down, their factors are x^k; x is -1 but
+   * for the rounding of now - h, which counts when h is tiny against now */
+  const double x = ((now - h) - now) / h;
   for (int k = 0; k <= d; k++) {
-    const double expected = (d - k) % 2 ? -1.0 : 1.0;
-    if (!(fabs(probe->factor[k] - expected) < 1e-6)) {
+    const double expected = pow(x, d - k);
+    if (!(fabs(probe->factor[k] - expected) < 1e-6 * fabs(expected))) {
       return BS_INTERNAL;
     }
     power[d - k] = probe->term[k];

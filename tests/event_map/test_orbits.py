@@ -218,3 +218,49 @@ def test_motion_without_a_short_period_is_not_called_periodic():
         size = np.abs(orbit.initial_state).max()
         assert np.abs(again.final_state - orbit.initial_state).max() <= 1e-8 * size
     assert refused < 20
+
+
+def sticky(seed):
+    """Q_s = 1.6 Q_m: periods of two and three forcing periods occur."""
+    problem = random_problem(seed, n=1 + seed % 3, share=0.3 + 0.1 * (seed % 5), static=True)
+    return problem.with_friction(Coulomb(problem.friction.Q_m, 1.6 * problem.friction.Q_m))
+
+
+@pytest.mark.parametrize(("seed", "multiple"), [(33, 2), (41, 2), (128, 3)])
+def test_longer_periods_are_found_on_request_only(seed, multiple):
+    problem = sticky(seed)
+    with pytest.raises(NotPeriodicError, match=r"no orbit of period 1 .* max_multiple \(1 now\)"):
+        event_map.periodic(problem)
+    orbit = event_map.periodic(problem, event_map.Settings(max_multiple=3))
+    assert orbit.statistics["multiple"] == multiple
+    assert orbit.window == (0.0, pytest.approx(multiple * problem.period, rel=1e-14))
+    assert orbit.coefficients is None
+    size = np.abs(orbit.initial_state).max()
+    early = event_map.propagate(problem, 1.0, orbit.initial_state).final_state
+    assert np.abs(early - orbit.initial_state).max() > 1e-3 * size
+    exact = exact_transient(problem, float(multiple), orbit.initial_state)
+    assert np.abs(exact.final_state - orbit.initial_state).max() <= 1e-10 * size
+    assert exact.kind == orbit.events.kind.tolist()
+    assert orbit.energy_balance_residual <= 1e-10
+
+
+def test_unstable_orbits_carry_a_warning():
+    orbit = event_map.periodic(sticky(163), event_map.Settings(max_multiple=3))
+    assert np.abs(orbit.multipliers).max() > 1.1
+    assert any("unstable" in text for text in orbit.warnings)
+
+
+def test_symmetric_problem_with_an_orbit_that_is_not():
+    """Q_s = 3 Q_m: half a period later the motion is not the mirror image."""
+    push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    problem = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.25, 0.75))
+    orbit = event_map.periodic(problem)
+    assert not orbit.statistics["half_wave"]
+    half = event_map.propagate(problem, 0.5, orbit.initial_state).final_state
+    assert np.abs(half + orbit.initial_state).max() > 0.1
+    exact = exact_transient(problem, 1.0, orbit.initial_state)
+    assert np.abs(exact.final_state - orbit.initial_state).max() <= 1e-12
+    settings = event_map.Settings(samples_per_period=4000)
+    fine = event_map.periodic(problem, settings)
+    wanted = np.sqrt(np.trapezoid(fine.q[:, 0] ** 2, fine.t) / problem.period)
+    assert event_map.rms(fine)[0] == pytest.approx(wanted, rel=1e-6)

@@ -156,3 +156,15 @@ def test_bad_runs_are_refused():
         event_map.propagate(
             problem.with_friction(Coulomb(0.0)), 50.0, settings=event_map.Settings(max_events=3)
         )
+
+
+def test_long_runs_go_on_in_stretches(monkeypatch):
+    """A run is cut into calls so that it can be interrupted; the motion does not notice."""
+    problem = random_problem(13, n=2)
+    whole = event_map.propagate(problem, 40.3)
+    monkeypatch.setattr("beltsim.event_map.walk._STRETCH", 7)
+    cut = event_map.propagate(problem, 40.3)
+    assert cut.events.kind.tolist() == whole.events.kind.tolist()
+    assert np.abs(cut.events.t - whole.events.t).max() <= 1e-11 * problem.period
+    size = np.abs(whole.final_state).max()
+    assert np.abs(cut.final_state - whole.final_state).max() <= 1e-11 * size
