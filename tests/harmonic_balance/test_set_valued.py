@@ -94,7 +94,18 @@ def test_between_both_critical_torques_it_warns() -> None:
     assert found.statistics["locked"]
     assert found.rest_interval is None
     assert any("use more harmonics" in text for text in found.warnings)
-    assert not any("harmonics" in text for text in solve(one_mass(0.96), 9, BARE).warnings)
+    below = solve(one_mass(0.96), 9, BARE)
+    assert not any("use more harmonics" in text for text in below.warnings)
+
+
+def test_a_gap_above_the_tolerance_is_accepted_but_said() -> None:
+    near = solve(one_mass(0.96), 9, BARE)
+    gap, asked = near.statistics["complementarity_gap"], BARE.tolerance
+    assert gap > asked
+    assert any(f"gap of {gap:.2g}" in text for text in near.warnings)
+    easy = solve(one_mass(0.4), 9, BARE)
+    assert easy.statistics["complementarity_gap"] <= asked
+    assert not any("gap" in text for text in easy.warnings)
 
 
 def test_one_harmonic_has_its_critical_torque_in_closed_form() -> None:
