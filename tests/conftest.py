@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import signal
+
 import pytest
 from hypothesis import settings
+
+# A shell starts its background jobs with SIGINT ignored, and so would be whatever a test starts.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 # The same examples on every run, and no deadline on a busy machine.
 settings.register_profile("beltsim", derandomize=True, deadline=None)

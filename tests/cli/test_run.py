@@ -239,7 +239,10 @@ def test_ctrl_c_keeps_what_was_computed(example, tmp_path):
         time.sleep(0.05)
     time.sleep(1.0)
     run.send_signal(signal.SIGINT)
-    _, error = run.communicate(timeout=60)
+    try:
+        _, error = run.communicate(timeout=60)
+    finally:
+        run.kill()
     assert run.returncode == 130, error
     assert error.startswith("beltsim: interrupted\n")
     assert "Traceback" not in error
