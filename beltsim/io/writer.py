@@ -71,7 +71,7 @@ def save_dataset(data: Any, path: str | Path) -> Path:
     return target
 
 
-def _netcdf(data: Any) -> memoryview:
+def _netcdf(data: Any) -> bytes:
     """The dataset as the bytes of a netCDF 4 file.
 
     Made in memory, since HDF5 crashes the process when the disk refuses it a byte.
@@ -84,7 +84,7 @@ def _netcdf(data: Any) -> memoryview:
     buffer = io.BytesIO()
     with h5netcdf.File(buffer, "w") as file:
         data.dump_to_store(H5NetCDFStore(file), encoding=plain)
-    return buffer.getbuffer()
+    return buffer.getvalue()
 
 
 def _is_float(variable: Any) -> bool:
