@@ -276,7 +276,8 @@ def test_a_fault_in_the_core_is_an_error_with_time_mode_and_last_event(fault, st
     assert error.mode in {"slip+", "slip-", "stick"}
     assert error.last_event is not None
     assert error.last_event[0] <= error.time
-    assert bool(error.solver_text) == (fault[0] != 0)
+    # SUNDIALS 7 adds words of its own to what the core noticed first, SUNDIALS 6 does not
+    assert error.solver_text or fault[0] == 0
 
 
 INTERRUPTED = """
