@@ -43,6 +43,8 @@ CONDITION_LIMIT = 1e4
 #: Smallest distance of an exponent from 0 and from the forcing's harmonics, over Omega: the forced
 #: part grows with its inverse and is subtracted again.
 RESONANCE_LIMIT = 1e-4
+#: Condition of K below which the response to a constant load is well defined.
+SOUND_STIFFNESS = 1e8
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,7 +302,10 @@ def _flow(
     part = LinearPart(M, D, K, F, load, Omega, A, force, rate, row, direct, d_c)
     exponents, V = _modes(A)
     keep = exponents.imag >= 0.0
-    apart = np.abs(exponents[keep, None] - 1j * Omega * np.arange(len(F)))
+    # Slow modes of a sound K are creep, as in a narrow band, and no resonance with the mean.
+    sound = n == 0 or np.linalg.cond(K, 1) < SOUND_STIFFNESS
+    harmonics = np.arange(1 if sound else 0, len(F))
+    apart = np.abs(exponents[keep, None] - 1j * Omega * harmonics)
     near = float(apart.min(initial=np.inf))
     try:
         W = np.linalg.inv(V).astype(complex)

@@ -180,3 +180,15 @@ def test_derivative_in_cells_equals_that_in_modes(law, monkeypatch):
             patch.setattr(flows, "CONDITION_LIMIT", 0.0)
             found = jacobian(other, walk(other, x, 1.3))
         assert np.abs(found - wanted).max() <= 1e-8 * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("share", [1e-4, 1e-6])
+def test_the_creep_inside_a_narrow_band_needs_no_cells(share):
+    """The slow mode of the band is no resonance with the mean: modes serve, and quickly."""
+    exact = random_problem(3, static=False)
+    orbit = event_map.periodic(exact)
+    sigma = share * float(np.abs(orbit.q_dot[:, exact.joint]).max())
+    banded = exact.with_friction(SaturatedCoulomb(exact.friction.Q_m, sigma))
+    assert isinstance(flows.inner_flow(banded), flows.Flow)
+    gap = np.abs(event_map.periodic(banded).q - orbit.q).max()
+    assert gap < 10.0 * share * np.abs(orbit.q).max()
