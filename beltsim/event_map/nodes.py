@@ -105,5 +105,4 @@ class NodePiece:
         x = self.at(tau)
         both = np.column_stack([x, self._torque(tau, x)])
         angle = self.flow.Omega * np.multiply.outer(np.arange(orders), self.start + tau)
-        found: ComplexArray = (np.exp(-1j * angle) * w) @ both
-        return found
+        return np.asarray((np.exp(-1j * angle) * w) @ both, dtype=complex)
