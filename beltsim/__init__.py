@@ -38,6 +38,7 @@ _MODULES = (
     "model",
     "plots",
     "presets",
+    "study",
     "transient",
 )
 

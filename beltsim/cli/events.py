@@ -27,6 +27,7 @@ from beltsim.errors import BeltsimError, InvalidProblemError, Mistake, ResultFil
 from beltsim.friction import Coulomb
 from beltsim.io import require_writable
 from beltsim.metrics import Survey
+from beltsim.metrics.phase_pattern import phase_pattern
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
 
@@ -88,23 +89,6 @@ def _row(problem: FrictionProblem, Q: float, orbit: Response | BeltsimError) -> 
         f"{orbit.dissipated_energy:.4g}",
         f"{largest_multiplier(orbit):.4f}",
     ]
-
-
-def phase_pattern(orbit: Response) -> str:
-    """Modes of one period in order, such as ``+0-0``; ``0`` is stick.
-
-    Examples
-    --------
-    >>> from beltsim import Coulomb, FrictionProblem, HarmonicForcing
-    >>> push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
-    >>> one = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[1.0]], 0, push, Coulomb(0.4))
-    >>> phase_pattern(event_map.periodic(one))
-    '0-0+'
-    """
-    sign = {"stick": "0", "slip+": "+", "slip-": "-"}
-    first = orbit.initial_mode or "stick"
-    modes = orbit.events.modes_after(first)
-    return "".join(sign[mode] for mode in modes) or sign[first]
 
 
 def largest_multiplier(orbit: Response) -> float:

@@ -1,6 +1,6 @@
 """Quantities that engineers read off a drive or a response, one per module.
 
-rms, span_rms, span_tensions, hub_loads, resonances, survey
+rms, span_rms, span_tensions, hub_loads, resonances, phase_pattern, survey
 
 Depends on: model, problem, response, drive, linear.
 """

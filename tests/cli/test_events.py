@@ -10,8 +10,8 @@ import xarray as xr
 
 import beltsim
 from beltsim.cli import main
-from beltsim.cli.events import phase_pattern
 from beltsim.friction import Coulomb
+from beltsim.metrics.phase_pattern import phase_pattern
 
 QUICK = ["--functions", "3", "--omega", "6.3", "--count", "9"]
 

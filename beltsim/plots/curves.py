@@ -1,0 +1,169 @@
+"""Curves of a study over speed or torque: one panel per quantity, colour and dash by dimension.
+
+Depends on: plots.style, errors; datasets of study as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from beltsim.errors import InvalidProblemError, Mistake
+from beltsim.plots.style import CYCLE, GREY, INK, new_figure, plain, plain_axes
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+#: How axes and legends call a dimension.
+NAMES = {
+    "Omega": r"excitation frequency $\Omega$",
+    "Q_m": r"friction torque $Q_m$ ($P_0 r_t$)",
+    "phase": "time over forcing period",
+}
+_SHORT = {"Omega": r"$\Omega$", "Q_m": "$Q_m$", "epsilon": r"$\varepsilon$"}
+
+
+def curves(
+    panels: Mapping[str, Any],
+    x: str,
+    lines: str | None = None,
+    styles: str | None = None,
+    *,
+    title: str | None = None,
+    log: bool = False,
+    limits: tuple[float, float] | None = None,
+) -> Figure:
+    """Curves over `x`, one panel for each entry of `panels`.
+
+    Parameters
+    ----------
+    panels : mapping
+        Label of the vertical axis, with its unit, to a data array over `x`, `lines` and `styles`.
+    x : str
+        Dimension along the horizontal axis: ``"Omega"``, ``"Q_m"`` or ``"phase"``.
+    lines : str, optional
+        Dimension told apart by colour.
+    styles : str, optional
+        Dimension told apart by dash.
+    title : str, optional
+    log : bool
+        Whether the vertical axes are logarithmic.
+    limits : (low, high), optional
+        Of the horizontal axis.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    InvalidProblemError
+        When a panel has another dimension, or none is given.
+
+    Examples
+    --------
+    >>> import beltsim
+    >>> from beltsim import study
+    >>> drive = beltsim.presets.zhu_parker_2008()
+    >>> found = study.sweep(drive, [2.8, 6.3], [0.5, 3.5], n_functions=4)
+    >>> figure = curves({"loss per period": found.dissipated_energy}, "Omega", "Q_m")
+    >>> len(figure.axes[0].get_lines())
+    2
+    """
+    allowed = {name for name in (x, lines, styles) if name}
+    for name, data in panels.items():
+        if x not in data.dims or not set(data.dims) <= allowed:
+            raise InvalidProblemError(
+                Mistake(f"panels[{name!r}].dims", data.dims, f"{x} and some of {sorted(allowed)}")
+            )
+    if not panels:
+        raise InvalidProblemError("nothing to draw: no panels")
+    figure = new_figure(7.5, 1.2 + 2.5 * len(panels))
+    column = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, (name, data) in zip(column, panels.items(), strict=True):
+        plain_axes(axes)
+        _draw(axes, data, x, lines, styles)
+        axes.set_ylabel(name)
+        if log:
+            axes.set_yscale("log")
+    first = next(iter(panels.values()))
+    column[-1].set_xlabel(NAMES.get(x, x))
+    column[-1].set_xlim(*(limits or (float(first[x].min()), _finite_end(first[x].values))))
+    _second_scale(column[0], first, x)
+    if title:
+        figure.suptitle(plain(title) if "$" not in title else title, fontsize=12)
+    _legend(figure, first, lines, styles)
+    return figure
+
+
+def _finite_end(values: Any) -> float:
+    return float(values[np.isfinite(values)].max())
+
+
+def _draw(axes: Any, data: Any, x: str, lines: str | None, styles: str | None) -> None:
+    for i, one in enumerate(_parts(data, lines)):
+        for j, each in enumerate(_parts(one, styles)):
+            axes.plot(
+                each[x],
+                each.values,
+                color=CYCLE[i % len(CYCLE)] if lines else INK,
+                linestyle=_DASHES[j % len(_DASHES)],
+                linewidth=1.5 if j == 0 else 1.1,
+                marker="o" if np.isnan(each.values).any() else None,
+                markersize=1.6,
+            )
+
+
+def _parts(data: Any, dimension: str | None) -> list[Any]:
+    """`data` at each value of a dimension, or itself where it has none of that name."""
+    if dimension is None or dimension not in data.dims:
+        return [data]
+    return [data.isel({dimension: i}) for i in range(data.sizes[dimension])]
+
+
+def _second_scale(axes: Any, data: Any, x: str) -> None:
+    """The crank's speed, or the torque in N m, above the panel, where the dataset knows it."""
+    if x == "Omega" and "crank_speed" in data.coords:
+        factor, name = float(data.crank_speed[-1] / data.Omega[-1]), "crank speed (rpm)"
+    elif x == "Q_m" and "si_scale" in data.Q_m.attrs:
+        factor, name = float(data.Q_m.attrs["si_scale"]), "friction torque (N m)"
+    else:
+        return
+    top = axes.secondary_xaxis("top", functions=(lambda v: v * factor, lambda v: v / factor))
+    top.set_xlabel(name, color=GREY)
+    top.tick_params(colors=GREY)
+    top.spines["top"].set_color("#BBBBBB")
+
+
+def _legend(figure: Figure, data: Any, lines: str | None, styles: str | None) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = []
+    for i, value in enumerate(_values(data, lines)):
+        color = CYCLE[i % len(CYCLE)]
+        handles.append(Line2D([], [], color=color, label=_said(lines, value)))
+    for j, value in enumerate(_values(data, styles)):
+        dash = _DASHES[j % len(_DASHES)]
+        handles.append(Line2D([], [], color=INK, linestyle=dash, label=_said(styles, value)))
+    if len(handles) > 1:
+        figure.legend(
+            handles=handles, loc="outside lower center", ncols=min(4, len(handles)), frameon=False
+        )
+
+
+def _values(data: Any, dimension: str | None) -> list[Any]:
+    if dimension is None or dimension not in data.dims:
+        return []
+    found: list[Any] = data[dimension].values.tolist()
+    return found
+
+
+def _said(dimension: str | None, value: Any) -> str:
+    if isinstance(value, str):
+        return plain(value)
+    if dimension == "Q_m" and np.isinf(value):
+        return "locked arm"
+    return f"{_SHORT.get(dimension or '', dimension)} = {value:g}"

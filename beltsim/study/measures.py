@@ -1,0 +1,123 @@
+"""What a study keeps of one response: figures, root mean squares, tensions, spectra.
+
+Depends on: response, problem, linear, metrics, harmonic_balance (the count of reversals of a
+series), study.methods.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from beltsim import linear
+from beltsim.harmonic_balance import reversals_of_series
+from beltsim.metrics.phase_pattern import phase_pattern
+from beltsim.metrics.rms import rms_of_coefficients
+from beltsim.metrics.span_rms import span_rms
+from beltsim.metrics.span_tensions import (
+    dynamic_tensions,
+    peak_dynamic_tensions,
+    tension_harmonics,
+)
+from beltsim.problem import FrictionProblem
+from beltsim.response import Response
+from beltsim.study.methods import HarmonicBalance, Method
+
+#: Scalars that a study keeps under the name they have in a response.
+FIGURES = {
+    "dissipated_energy": "friction loss per forcing period",
+    "stick_fraction": "share of the period spent sticking",
+    "stops_per_period": "stops per forcing period",
+    "velocity_reversals": "nu, from located events",
+}
+#: Samples per wave of the highest harmonic when the top of a series is looked for: with a parabola
+#: through the best three the height is within 1e-5 of it.
+PER_WAVE = 16
+#: Scalars that a study adds.
+MORE = {
+    "reversals_of_series": "nu, sign changes of the truncated velocity series",
+    "phases_per_period": "phases (slips and sticks) per forcing period",
+    "period_multiple": "period of the response in forcing periods",
+}
+
+
+def measured(response: Response, method: Method, signals: tuple[int, ...], harmonics: int) -> Any:
+    """Values of one point by name; `signals` are indices of coordinates."""
+    problem, c = response.problem, response.coefficients
+    multiple = float(response.statistics.get("multiple", 1))
+    rms = method.rms(response)
+    found = {name: getattr(response, name) for name in FIGURES}
+    return found | {
+        "rms": rms,
+        "span_rms": span_rms(problem, rms),
+        "peak_dynamic_tension": _peaks(response),
+        "reversals_of_series": _series_reversals(response, method),
+        "phases_per_period": _phases(response) / multiple,
+        "period_multiple": multiple,
+        "phase_pattern": phase_pattern(response) if response.periodic else "",
+        "amplitude": _amplitudes(c, signals, harmonics),
+    }
+
+
+def measured_locked(problem: FrictionProblem, signals: tuple[int, ...], harmonics: int) -> Any:
+    """The same values for an arm that is locked for good: a linear response."""
+    c = linear.response(problem, locked=True)
+    rms = rms_of_coefficients(c)
+    return {
+        "dissipated_energy": 0.0,
+        "stick_fraction": 1.0,
+        "stops_per_period": 0.0,
+        "velocity_reversals": 0.0,
+        "rms": rms,
+        "span_rms": span_rms(problem, rms),
+        "peak_dynamic_tension": peak_dynamic_tensions(problem, c),
+        "reversals_of_series": 0.0,
+        "phases_per_period": 1.0,
+        "period_multiple": 1.0,
+        "phase_pattern": "0",
+        "amplitude": _amplitudes(c, signals, harmonics),
+    }
+
+
+def _peaks(response: Response) -> Any:
+    """Largest |P_d| of each span: of the series where there is one, else over the samples."""
+    if response.coefficients is None:
+        return np.abs(dynamic_tensions(response)).max(axis=0)
+    c = tension_harmonics(response.problem, response.coefficients)
+    count = PER_WAVE * len(c)
+    spectrum = np.zeros((count // 2 + 1, c.shape[1]), dtype=complex)
+    spectrum[: len(c)] = 0.5 * count * c
+    spectrum[0] *= 2.0
+    values = np.abs(np.fft.irfft(spectrum, count, axis=0))
+    top, spans = values.argmax(axis=0), np.arange(c.shape[1])
+    left, middle, right = (values[(top + k) % count, spans] for k in (-1, 0, 1))
+    bend = left - 2.0 * middle + right  # the parabola through the top and its neighbours
+    return middle - (right - left) ** 2 / (8.0 * np.where(bend < 0.0, bend, -np.inf))
+
+
+def _series_reversals(response: Response, method: Method) -> float:
+    """Reversals of the series itself; not defined for solvers that are not series."""
+    if not isinstance(method, HarmonicBalance):
+        return np.nan
+    assert response.coefficients is not None
+    joint = response.coefficients[:, response.problem.joint]
+    return reversals_of_series(1j * np.arange(len(joint)) * joint)
+
+
+def _phases(response: Response) -> float:
+    """Events of the window, each of which begins a phase; one phase when there are none."""
+    start, end = response.window
+    inside = (response.events.t >= start) & (response.events.t < end)
+    return max(1.0, float(np.count_nonzero(inside)))
+
+
+def _amplitudes(c: Any, signals: tuple[int, ...], harmonics: int) -> Any:
+    """|c_k| of the chosen coordinates (signal, harmonic), k from 0; NaN without a series."""
+    found = np.full((len(signals), harmonics + 1), np.nan)
+    if c is None:
+        return found
+    found[:] = 0.0
+    rows = min(len(c), harmonics + 1)
+    found[:, :rows] = np.abs(c[:rows, list(signals)].T)
+    return found
