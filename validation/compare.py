@@ -44,6 +44,8 @@ class Compared:
     flag: str = ""
     entries: int = 1
     curves: dict[str, list[float]] = field(default_factory=dict)
+    x_label: str = ""
+    y_label: str = ""
 
 
 @dataclass(frozen=True)
@@ -118,7 +120,10 @@ def _compare_row(case: Case, row: Row) -> Compared:
     if got.ndim:
         curves = {"got": got.ravel().tolist(), "expected": expected.ravel().tolist()}
         if row.x is not None:
-            curves["x"] = np.asarray(row.x, float).ravel().tolist()
+            x = np.asarray(row.x, float)
+            if x.size != got.size or not np.isfinite(x).all():
+                raise ValueError(f"{row.quantity!r}: x must be {got.size} finite numbers")
+            curves["x"] = x.ravel().tolist()
     return Compared(
         row.quantity,
         one_got,
@@ -130,6 +135,8 @@ def _compare_row(case: Case, row: Row) -> Compared:
         flag,
         int(got.size),
         curves,
+        row.x_label,
+        row.y_label,
     )
 
 

@@ -4,24 +4,25 @@ Exit status: 0 every case agrees or disagrees exactly as explained; 1 something 
 explanation, an explanation no longer fits, or a case crashed; 2 an unknown case name or an
 incomplete case file.
 
-Depends on: case, compare, table, worker.
+Depends on: case, compare, page, table, worker.
 """
 
 from __future__ import annotations
 
 import argparse
 import difflib
+import importlib.util
 import json
+import os
 import sys
 import time
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
-from validation import table
+from validation import table, worker
 from validation.case import Case, CaseError, find, load
 from validation.compare import Result
-from validation.worker import Worker
 
 ROOT = Path(__file__).resolve().parent
 #: Seconds of silence after which progress is shown.
@@ -39,8 +40,9 @@ def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
     if unknown:
         print("\n".join(unknown), file=sys.stderr)
         return 2
-    if options.json and not options.json.resolve().parent.is_dir():
-        print(f"--json {options.json}: its folder does not exist", file=sys.stderr)
+    unusable = _unusable(options)
+    if unusable:
+        print("\n".join(unusable), file=sys.stderr)
         return 2
     cases, mistakes = _loaded([folders[name] for name in chosen])
     if mistakes:
@@ -61,14 +63,12 @@ def _run(cases: Sequence[Case], options: argparse.Namespace, root: Path) -> int:
     start = time.perf_counter()
     results: list[Result] = []
     progress = _Progress(len(cases))
+    count = min(options.workers, len(cases))
     try:
-        with Worker() as worker:
-            for case in cases:
-                progress.case = case.name
-                result = worker.run(case, progress.tick)
-                progress.done(result)
-                results.append(result)
-                print(table.terminal(result), flush=True)
+        for result in worker.run_all(cases, count, progress.tick):
+            progress.done(result)
+            results.append(result)
+            print(table.terminal(result), flush=True)
     except KeyboardInterrupt:
         progress.clear()
         print(f"interrupted after {len(results)} of {len(cases)} cases", file=sys.stderr)
@@ -78,6 +78,10 @@ def _run(cases: Sequence[Case], options: argparse.Namespace, root: Path) -> int:
     if options.json:
         data = table.as_data(results, seconds, _version())
         _replace(options.json, json.dumps(data, indent=1, allow_nan=False) + "\n")
+    if options.html:
+        from validation import page  # loads jinja2 and matplotlib
+
+        _replace(options.html, page.html(results, seconds, _version()))
     if options.readme:
         readme = root / "README.md"
         text = readme.read_text(encoding="utf-8")
@@ -89,15 +93,36 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser = argparse.ArgumentParser(
         prog="python -m validation.run",
         description="Compare beltsim with closed forms, independent solvers and printed numbers.",
-        epilog="Exit status: 0 agrees or explained; 1 disagrees or crashed; 2 bad input.",
+        epilog="Exit status: 0 agrees or explained; 1 disagrees or crashed; 2 bad input. "
+        "`beltsim validate --drive FILE` compares the solvers on a drive of your own instead.",
     )
     parser.add_argument("case", nargs="*", help="family, family/case or case (default: all)")
     parser.add_argument("--full", action="store_true", help="also the cases that take long")
     parser.add_argument("--list", action="store_true", help="name the cases and stop")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the results as JSON")
+    help_html = "write one page with a picture of every case"
+    parser.add_argument("--html", type=Path, metavar="FILE", help=help_html)
+    help_workers = "cases computed side by side (default: one per core)"
+    parser.add_argument(
+        "--workers", type=int, metavar="N", default=len(os.sched_getaffinity(0)), help=help_workers
+    )
     help_readme = "run everything and write the table of validation/README.md"
     parser.add_argument("--readme", action="store_true", help=help_readme)
     return parser.parse_args(argv)
+
+
+def _unusable(options: argparse.Namespace) -> list[str]:
+    """What is wrong with the options, before anything is computed."""
+    found = [
+        f"{name} {file}: its folder does not exist"
+        for name, file in (("--json", options.json), ("--html", options.html))
+        if file and not file.resolve().parent.is_dir()
+    ]
+    if options.workers < 1:
+        found.append(f"--workers {options.workers}: must be at least 1")
+    if options.html and importlib.util.find_spec("jinja2") is None:
+        found.append("--html needs jinja2: pip install jinja2")
+    return found
 
 
 def _chosen(asked: Sequence[str], folders: dict[str, Path]) -> tuple[list[str], list[str]]:
@@ -149,16 +174,16 @@ class _Progress:
     """A line on standard error that says which case is being computed, once that takes long."""
 
     def __init__(self, total: int) -> None:
-        self.total, self.case, self._done, self._width = total, "", 0, 0
+        self.total, self._done, self._width = total, 0, 0
         self._start = time.perf_counter()
         self._next = self._start + PATIENCE_S
 
-    def tick(self) -> None:
-        """Show where the run is, at most five times a second (ten seconds apart in a log)."""
+    def tick(self, names: Sequence[str]) -> None:
+        """Show what is computed, at most five times a second (ten seconds apart in a log)."""
         now = time.perf_counter()
         if now < self._next:
             return
-        text = f"[{self._done + 1}/{self.total}] {self.case}, {now - self._start:.0f} s"
+        text = f"[{self._done + 1}/{self.total}] {', '.join(names)}, {now - self._start:.0f} s"
         if sys.stderr.isatty():
             print(f"\r{text:<{self._width}}", end="", file=sys.stderr, flush=True)
             self._width, self._next = len(text), now + 0.2

@@ -21,14 +21,11 @@ from typing import Any, TextIO
 from validation.row import Row
 
 
-def rows_of(folder: Path) -> list[tuple[str, Any, Any, Any]]:
-    """Rows that `compute()` in `folder`/run.py returns, as plain lists and numbers."""
+def rows_of(folder: Path) -> list[tuple[Any, ...]]:
+    """Rows that `compute()` in `folder`/run.py returns, as plain lists, numbers and texts."""
     module = _imported(folder / "run.py")
-    plain = []
-    for row in module.compute():
-        known = row if isinstance(row, Row) else Row(*row)
-        plain.append((known.quantity, *map(_plain, (known.got, known.expected, known.x))))
-    return plain
+    rows = (row if isinstance(row, Row) else Row(*row) for row in module.compute())
+    return [tuple(map(_plain, vars(row).values())) for row in rows]
 
 
 def _plain(value: Any) -> Any:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import textwrap
+import time
 
 import pytest
 
-from validation import case, table
+from validation import case, table, worker
 from validation.run import main
 
 COMPLETE = """
@@ -230,6 +231,34 @@ def test_readme_with_names_is_refused(root, capsys):
     add(root, "toys/agrees")
     assert main(["--readme", "agrees"], root) == 2
     assert "name none" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("workers", ["1", "3"])
+def test_results_come_in_order_whatever_ends_first(root, workers, capsys):
+    for i, seconds in enumerate((0.4, 0.0, 0.2, 0.0)):
+        body = f"import time; time.sleep({seconds})\nreturn [('one', 1.0, 1.0)]"
+        add(root, f"toys/case_{i}", body)
+    assert main(["--workers", workers], root) == 0
+    out = capsys.readouterr().out
+    places = [out.index(f"toys/case_{i}") for i in range(4)]
+    assert places == sorted(places)
+
+
+def test_a_run_given_up_leaves_no_process_behind(root):
+    add(root, "toys/a_quick")
+    add(root, "toys/b_slow", "import time; time.sleep(60.0)\nreturn [('one', 1.0, 1.0)]")
+    cases = [case.load(root / "toys" / name) for name in ("a_quick", "b_slow")]
+    results = worker.run_all(cases, 2)
+    assert next(results).passed
+    began = time.perf_counter()
+    results.close()
+    assert time.perf_counter() - began < 30.0
+
+
+def test_no_workers_are_refused(root, capsys):
+    add(root, "toys/agrees")
+    assert main(["--workers", "0"], root) == 2
+    assert "--workers 0" in capsys.readouterr().err
 
 
 def test_progress_is_shown_for_long_runs_only(root, capsys, monkeypatch):

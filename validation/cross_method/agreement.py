@@ -15,6 +15,7 @@ from validation.row import Row
 
 #: Events that pass their threshold at least this fast are well-conditioned (see exact_modal.Run).
 WELL_CONDITIONED = 0.05
+TIME = "time in forcing periods"
 
 
 def rows(problem: Any, periods: int, others: dict[str, Any], rtol: float) -> list[Row]:
@@ -38,21 +39,44 @@ def rows(problem: Any, periods: int, others: dict[str, Any], rtol: float) -> lis
         q, q_dot = np.split(run.final_state, 2)
         other_q, other_q_dot = np.split(other.final_state, 2)
         size = np.abs(other_q).max(), np.abs(other_q_dot).max()
-        found.append(Row(f"coordinates at the end, {where}", q / size[0], other_q / size[0]))
-        found.append(Row(f"velocities at the end, {where}", q_dot / size[1], other_q_dot / size[1]))
+        ends = {"coordinates": (q, other_q), "velocities": (q_dot, other_q_dot)}
+        for (what, (ours, theirs)), largest in zip(ends.items(), size, strict=True):
+            found.append(
+                Row(
+                    f"{what} at the end, {where}",
+                    ours / largest,
+                    theirs / largest,
+                    x_label="number of the coordinate",
+                    y_label=f"{what} over the largest",
+                )
+            )
     return found
 
 
 def _times(t: np.ndarray, other: Any, Omega: float, where: str) -> list[Row]:
     T = 2.0 * np.pi / Omega
+    axes = {"x": other.t / T, "x_label": TIME}
     rate = getattr(other, "rate", None)
     if rate is None:
-        return [Row(f"event times, {where}", t / T, other.t / T, x=other.t / T)]
+        return [Row(f"event times, {where}", t / T, other.t / T, **axes, y_label=TIME)]
     good = rate >= WELL_CONDITIONED
     amounts = (t - other.t) * Omega * rate
     return [
-        Row(f"event times, {where}", t[good] / T, other.t[good] / T, x=other.t[good] / T),
-        Row(f"thresholds at the events, {where}", amounts, np.zeros(len(t)), x=other.t / T),
+        Row(
+            f"event times, {where}",
+            t[good] / T,
+            other.t[good] / T,
+            x=other.t[good] / T,
+            x_label=TIME,
+            y_label=TIME,
+        ),
+        Row(
+            f"thresholds at the events, {where}",
+            amounts,
+            np.zeros(len(t)),
+            **axes,
+            y_label="velocity or reaction over its largest",
+        ),
     ]
 
 

@@ -7,6 +7,8 @@ from validation.analytic.den_hartog.reference import CASES, periods, steady
 from validation.analytic.one_mass import one_mass
 from validation.row import Row, gathered
 
+RATIO = "forcing frequency over natural frequency"
+
 
 def compute() -> list[Row]:
     rows = []
@@ -22,9 +24,30 @@ def compute() -> list[Row]:
         rows += [
             Row("turns per period", int(np.count_nonzero(last)), 2),
             Row("stops per period", run.stops_per_period, 0.0),
-            Row("upper amplitude", position[top], amplitude),
-            Row("lower amplitude", -position.min(), amplitude),
-            Row("phase", got_lag, lag),
-            Row("dissipated energy", run.dissipated_energy, 4.0 * f * amplitude),
+            Row(
+                "upper amplitude",
+                position[top],
+                amplitude,
+                x=beta,
+                x_label=RATIO,
+                y_label="amplitude over P/k",
+            ),
+            Row(
+                "lower amplitude",
+                -position.min(),
+                amplitude,
+                x=beta,
+                x_label=RATIO,
+                y_label="amplitude over P/k",
+            ),
+            Row("phase", got_lag, lag, x=beta, x_label=RATIO, y_label="phase, rad"),
+            Row(
+                "dissipated energy",
+                run.dissipated_energy,
+                4.0 * f * amplitude,
+                x=beta,
+                x_label=RATIO,
+                y_label="energy over P^2/k",
+            ),
         ]
     return gathered(rows)

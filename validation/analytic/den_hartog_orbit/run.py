@@ -7,6 +7,8 @@ from validation.analytic.den_hartog_orbit.reference import CASES, steady
 from validation.analytic.one_mass import one_mass
 from validation.row import Row, gathered
 
+RATIO = "forcing frequency over natural frequency"
+
 
 def compute() -> list[Row]:
     rows = []
@@ -19,9 +21,30 @@ def compute() -> list[Row]:
         got_lag = np.angle(np.exp(1j * (beta * t[top] - lag))) + lag
         rows += [
             Row("turns per period", len(orbit.events), 2),
-            Row("upper amplitude", position[top], amplitude),
-            Row("lower amplitude", -position.min(), amplitude),
-            Row("phase", got_lag, lag),
-            Row("dissipated energy", orbit.dissipated_energy, 4.0 * f * amplitude),
+            Row(
+                "upper amplitude",
+                position[top],
+                amplitude,
+                x=beta,
+                x_label=RATIO,
+                y_label="amplitude over P/k",
+            ),
+            Row(
+                "lower amplitude",
+                -position.min(),
+                amplitude,
+                x=beta,
+                x_label=RATIO,
+                y_label="amplitude over P/k",
+            ),
+            Row("phase", got_lag, lag, x=beta, x_label=RATIO, y_label="phase, rad"),
+            Row(
+                "dissipated energy",
+                orbit.dissipated_energy,
+                4.0 * f * amplitude,
+                x=beta,
+                x_label=RATIO,
+                y_label="energy over P^2/k",
+            ),
         ]
     return gathered(rows)

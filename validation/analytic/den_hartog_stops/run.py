@@ -7,6 +7,8 @@ from validation.analytic.den_hartog_stops.reference import CASES, events
 from validation.analytic.one_mass import one_mass
 from validation.row import Row
 
+TIME = "time over the forcing period"
+
 
 def compute() -> list[Row]:
     rows = []
@@ -22,6 +24,8 @@ def compute() -> list[Row]:
         if len(kinds) == len(expected):
             times = np.array([each[1] for each in expected])
             places = np.array([each[2] for each in expected])
-            rows.append(Row(f"times, {where}", orbit.events.t / problem.period, times))
-            rows.append(Row(f"places, {where}", orbit.events.position, places))
+            found = orbit.events.t / problem.period
+            rows.append(Row(f"times, {where}", found, times, times, TIME, TIME))
+            found = orbit.events.position
+            rows.append(Row(f"places, {where}", found, places, times, TIME, "place over P/k"))
     return rows

@@ -7,6 +7,8 @@ from validation.analytic.free_decay.reference import CASES, half_swings
 from validation.analytic.one_mass import one_mass
 from validation.row import Row, gathered
 
+TIME = "time times natural frequency"
+
 
 def compute() -> list[Row]:
     rows = []
@@ -21,8 +23,8 @@ def compute() -> list[Row]:
             Row("stopping time", w * events.t[-1], w * t[-1]),
             Row("stopping place", end[0] / x0, x[-1] / x0),
             Row("velocity at the end", end[1], 0.0),
-            Row("turning points", events.position / x0, x / x0),
-            Row("turning times", w * events.t, w * t),
+            Row("turning points", events.position / x0, x / x0, w * t, TIME, "place over x0"),
+            Row("turning times", w * events.t, w * t, w * t, TIME, TIME),
             Row(
                 "lost energy",
                 run.total_dissipated_energy / energy,

@@ -7,6 +7,8 @@ from validation.analytic.free_decay_damped.reference import CASES, half_swings
 from validation.analytic.one_mass import one_mass
 from validation.row import Row, gathered
 
+TIME = "time times natural frequency"
+
 
 def compute() -> list[Row]:
     rows = []
@@ -18,8 +20,8 @@ def compute() -> list[Row]:
         run = transient.integrate(one_mass(k, Q, 2.0 * zeta * w), periods, [x0, 0.0], settings)
         rows += [
             Row("half swings", len(run.events), len(t)),
-            Row("turning points", run.events.position / x0, x / x0),
-            Row("turning times", w * run.events.t, w * t),
+            Row("turning points", run.events.position / x0, x / x0, w * t, TIME, "place over x0"),
+            Row("turning times", w * run.events.t, w * t, w * t, TIME, TIME),
             Row("ends in stick (1)", run.events.kind[-1] == "stick", 1),
         ]
     return gathered(rows)

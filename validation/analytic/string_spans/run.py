@@ -9,6 +9,7 @@ from validation.row import Row
 COUNT = 4
 COARSE, FINE = 20, 40
 ORDER = 3
+LABEL = "frequency over closed form"
 
 
 def compute() -> list[Row]:
@@ -21,7 +22,11 @@ def compute() -> list[Row]:
         extrapolated = fine + (fine - coarse) / ((FINE / COARSE) ** ORDER - 1.0)
         for i in range(3):
             name = f"span {i + 1}, Omega = {Omega}, k = 1 to {COUNT}"
-            rows.append(Row(name, extrapolated[i] / exact[i], np.ones(COUNT), x=k))
+            rows.append(
+                Row(
+                    name, extrapolated[i] / exact[i], np.ones(COUNT), k, "number of the mode", LABEL
+                )
+            )
         orders.append(np.log2((coarse / exact - 1.0) / (fine / exact - 1.0)))
     order = float(np.mean(orders))
     return [*rows, Row("order of convergence, mean", order, float(ORDER))]
