@@ -14,6 +14,9 @@ except ImportError as error:
     )
     raise ImportError(text) from error
 
+changes_reals = _event_map.changes_reals
 flow_reals = _event_map.flow_reals
+gram = _event_map.gram
+orbit = _event_map.orbit
 prepare = _event_map.prepare
 propagate = _event_map.propagate

@@ -31,23 +31,6 @@ CELLS = -1
 
 
 @dataclass(frozen=True, eq=False)
-class CellBasis:
-    """Energy coordinates of the state: `into` (N, N) makes them, `out` undoes it."""
-
-    flow: CellFlow
-    into: FloatArray
-    out: FloatArray
-
-    def moved(self, S: FloatArray, tau: float, position: FloatArray) -> FloatArray:
-        """Derivative `S` (N, k) a time `tau` later, for loads that vary by `position` (k,)."""
-        N = self.flow.N
-        y = np.zeros((self.flow.size, S.shape[1]))
-        y[:N], y[N + 1] = S, position
-        after: FloatArray = self.flow.advanced(y.T, tau).T[:N]
-        return after
-
-
-@dataclass(frozen=True, eq=False)
 class CellFlow:
     """One linear flow of N reals in cells; the counterpart of `flows.Flow`.
 
@@ -85,11 +68,6 @@ class CellFlow:
     def fastest(self) -> float:
         """Largest modulus of an exponent."""
         return float(np.abs(self.exponents).max(initial=0.0))
-
-    @property
-    def basis(self) -> CellBasis:
-        """Coordinates in which the derivative is carried."""
-        return CellBasis(self, self.scale[0], self.scale[1])
 
     @cached_property
     def generator(self) -> FloatArray:

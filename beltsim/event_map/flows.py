@@ -48,25 +48,6 @@ SOUND_STIFFNESS = 1e8
 
 
 @dataclass(frozen=True, eq=False)
-class Basis:
-    """Amplitudes as reals: `into` (2m, N) makes them, real parts first, `out` (N, 2m) undoes it."""
-
-    exponents: ComplexArray
-    into: FloatArray
-    out: FloatArray
-
-    def moved(self, S: FloatArray, tau: float, position: FloatArray) -> FloatArray:  # noqa: ARG002
-        """Amplitudes `S` (2m, k) a time `tau` later; `position` is in the forced part."""
-        m = len(self.exponents)
-        turn = np.exp(self.exponents * tau)
-        real, imag = turn.real[:, None], turn.imag[:, None]
-        after = np.empty_like(S)
-        np.subtract(real * S[:m], imag * S[m:], out=after[:m])
-        np.add(real * S[m:], imag * S[:m], out=after[m:])
-        return after
-
-
-@dataclass(frozen=True, eq=False)
 class Sums:
     """Integrals of exponentials: `mu` (L,) are modes first, then harmonics of `Omega` from 0."""
 
@@ -159,12 +140,6 @@ class Flow:
         packed[:inputs] = np.concatenate(parts)
         binding.prepare(*sizes, self.Omega, packed)
         return packed
-
-    @cached_property
-    def basis(self) -> Basis:
-        """The modes in real arithmetic."""
-        into = np.concatenate([self.W.real, self.W.imag])
-        return Basis(self.exponents, into, np.concatenate([self.V.real, -self.V.imag], axis=1))
 
     @cached_property
     def sums(self) -> Sums:

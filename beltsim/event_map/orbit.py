@@ -1,21 +1,15 @@
-r"""Periodic orbits by shooting with the exact derivative of the map.
-
-The unknown is the state at t = 0. With :math:`\Phi` the exact map over one period and `S` its
-derivative (saltation at events, rank loss in stick), Newton's step is
-
-.. math:: x \leftarrow x + (I - S)^{-1}(\Phi(x) - x).
+r"""Periodic orbits: what to look for, and the `Response` of what was found.
 
 When the forcing has odd harmonics only, the orbit of a symmetric joint repeats after half a period
 with the opposite sign, and half a period suffices. For Q_s = Q_m any two motions approach each
 other, so following the motion always leads back to where Newton converges.
 
-Depends on: build, jacobian, locked, settings, walk, response, problem.
+Depends on: build, shooting, locked, series, settings, walk, response, problem.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -23,27 +17,17 @@ import numpy as np
 from beltsim.checks import FloatArray
 from beltsim.errors import ConvergenceError, NotPeriodicError
 from beltsim.event_map import build
-from beltsim.event_map.cells import CellFlow
 from beltsim.event_map.flows import flows_of
-from beltsim.event_map.jacobian import jacobian
 from beltsim.event_map.linear_part import ComplexArray
 from beltsim.event_map.locked import at_rest, locked, require_stable
 from beltsim.event_map.propagate import checked_run, require_joint
 from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.settings import Settings
+from beltsim.event_map.shooting import Shooting, half_wave, shoot
 from beltsim.event_map.walk import MODES, Walk, walk
-from beltsim.friction import Coulomb, FrictionLaw
+from beltsim.friction import Coulomb
 from beltsim.problem import FrictionProblem
 from beltsim.response import EventLog, Response, figures
-
-#: Periods followed before the first Newton step, and in all before the search is given up.
-_FIRST_PERIODS = 3
-_MOST_PERIODS = 4000
-#: Residual below which the derivative of the last step is good enough for the next.
-_CLOSE = 1e-5
-#: Residual that no further step improves.
-_ROUNDING = 3e-15
-
 
 def periodic(
     problem: FrictionProblem, settings: Settings | None = None, *, guess: Any = None
@@ -92,78 +76,11 @@ def periodic(
             return _resting(problem, rest, settings)
     failures = []
     for multiple, half in _attempts(problem, settings):
-        search = _search(problem, state, multiple, half, settings, guess is not None)
-        if search.residual <= settings.tolerance:
-            return _orbit_response(problem, search, settings)
-        failures.append(search)
-    raise _failure(law, failures, settings)
-
-
-@dataclass(frozen=True, eq=False)
-class _Search:
-    """Where a shooting search stands: a state, its image one period later, and how they differ.
-
-    With `sign` -1 the period is half of the orbit's. `inverse` is (I - S)^-1 of an earlier state
-    nearby.
-    """
-
-    problem: FrictionProblem
-    periods: float
-    sign: float
-    multiple: int
-    state: FloatArray
-    run: Walk
-    residual: float
-    followed: float
-    history: tuple[float, ...]
-    inverse: FloatArray | None = None
-
-    @property
-    def image(self) -> FloatArray:
-        """State after the period, as it would be compared with `state`."""
-        return self.sign * self.run.final_state
-
-    def derivative(self) -> FloatArray:
-        """Derivative (2n, 2n) of the image."""
-        return self.sign * jacobian(self.problem, self.run)
-
-    def at(self, state: FloatArray, followed: float, inverse: FloatArray | None = None) -> _Search:
-        """The search at another state; `followed` more forcing periods were spent to get there."""
-        run = walk(self.problem, state, self.periods)
-        residual = _residual(self.problem, state, self.sign * run.final_state)
-        followed += self.followed + self.periods
-        history = (*self.history, residual)
-        return replace(
-            self,
-            state=state,
-            run=run,
-            residual=residual,
-            followed=followed,
-            history=history,
-            inverse=inverse,
-        )
-
-    def rested(self, state: FloatArray) -> FloatArray:
-        """`state` with the joint exactly at rest, when the period ends in stick."""
-        if self.run.final_mode == 0 and isinstance(self.problem.friction, Coulomb):
-            state = state.copy()
-            state[self.problem.n + (self.problem.joint or 0)] = 0.0
-        return state
-
-    def after(self, stretch: int) -> _Search:
-        """The search after following the motion itself over `stretch` of its periods."""
-        length = stretch * self.periods
-        state = walk(self.problem, self.state, length).final_state
-        return self.at(state * self.sign**stretch, length)
-
-
-def _residual(problem: FrictionProblem, state: FloatArray, image: FloatArray) -> float:
-    """Largest change of the state over its largest entry, velocities over Omega."""
-    weight = np.ones(2 * problem.n)
-    weight[problem.n :] /= problem.forcing.Omega
-    size = np.abs(image * weight).max()
-    gap = np.abs((image - state) * weight).max()
-    return float(gap / size) if size > 0.0 else float(gap)
+        found = shoot(problem, state, multiple, half, settings.tolerance, guess is not None)
+        if found.residual <= settings.tolerance:
+            return _orbit_response(problem, found, settings)
+        failures.append(found)
+    raise _failure(problem, failures, settings)
 
 
 def _attempts(problem: FrictionProblem, settings: Settings) -> Iterator[tuple[int, bool]]:
@@ -181,91 +98,17 @@ def _attempts(problem: FrictionProblem, settings: Settings) -> Iterator[tuple[in
             yield multiple, False
 
 
-def _search(
-    problem: FrictionProblem,
-    state: FloatArray,
-    multiple: int,
-    half: bool,
-    settings: Settings,
-    warm: bool,
-) -> _Search:
-    """Newton, with stretches of the motion itself wherever it does not converge."""
-    periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
-    run = walk(problem, state, periods)
-    residual = _residual(problem, state, sign * run.final_state)
-    search = _Search(problem, periods, sign, multiple, state, run, residual, periods, (residual,))
-    if not warm and residual > settings.tolerance:
-        search = search.after(_FIRST_PERIODS)
-    stretch = 4
-    while search.residual > settings.tolerance and search.followed < _MOST_PERIODS:
-        better = _newton(search)
-        if better is not None and better.residual < 0.9 * search.residual:
-            search = better
-        elif search.inverse is not None:
-            search = replace(search, inverse=None)
-        else:
-            search = search.after(stretch)
-            stretch = min(2 * stretch, 256)
-    if search.followed < _MOST_PERIODS and search.residual > _ROUNDING:
-        better = _newton(search)  # below the tolerance: down to rounding by one more step
-        if better is not None and better.residual < search.residual:
-            search = better
-    rested = search.rested(search.state)
-    return search if np.array_equal(rested, search.state) else search.at(rested, 0.0)
-
-
-def _newton(search: _Search) -> _Search | None:
-    """The search after one Newton step; None where the derivative is singular.
-
-    Once close, the next step takes the derivative of this one.
-    """
-    problem = search.problem
-    n, inverse = problem.n, search.inverse
-    if inverse is None:
-        try:
-            inverse = _inverse(problem, np.eye(2 * n) - search.derivative())
-        except np.linalg.LinAlgError:
-            return None
-    state = search.rested(search.state + inverse @ (search.image - search.state))
-    if not np.isfinite(state).all():
-        return None
-    found = search.at(state, 0.0, inverse)
-    if found.residual > _CLOSE or found.residual > 0.01 * search.residual:
-        found = replace(found, inverse=None)
-    return found
-
-
-def _inverse(problem: FrictionProblem, A: FloatArray) -> FloatArray:
-    """Inverse of I - S; the least step where orbits are not isolated (a joint without spring)."""
-    found: Any
-    if isinstance(flows_of(problem).free, CellFlow):
-        found = np.linalg.pinv(A, rcond=1e-10)
-    else:
-        found = np.linalg.inv(A)
-    return np.asarray(found, dtype=float)
-
-
-def half_wave(problem: FrictionProblem) -> bool:
-    """Whether the forcing changes sign after half a period: odd harmonics only."""
-    forcing = problem.forcing
-    return not (np.any(forcing.cos[0::2]) or np.any(forcing.sin[0::2]))
-
-
-def _orbit_response(problem: FrictionProblem, search: _Search, settings: Settings) -> Response:
-    multipliers = np.linalg.eigvals(search.derivative()).astype(complex)
-    run, symmetric = search.run, search.sign < 0.0
-    if symmetric:
-        multipliers = multipliers**2
-        run = walk(problem, search.state, float(search.multiple))
+def _orbit_response(problem: FrictionProblem, found: Shooting, settings: Settings) -> Response:
+    run = walk(problem, found.state, float(found.multiple))
     statistics = {
         "solver": "event_map",
-        "multiple": search.multiple,
-        "newton_steps": len(search.history) - 1,
-        "periods_followed": search.followed,
-        "half_wave": int(symmetric),
-        "residual": search.residual,
+        "multiple": found.multiple,
+        "newton_steps": len(found.history) - 1,
+        "periods_followed": found.followed,
+        "half_wave": int(found.half),
+        "residual": found.residual,
     }
-    return orbit_of(problem, run, multipliers, None, statistics, settings, symmetric)
+    return orbit_of(problem, run, found.multipliers, None, statistics, settings, found.half)
 
 
 def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Settings) -> Response:
@@ -395,12 +238,12 @@ def rms(orbit: Response) -> FloatArray:
     return root
 
 
-def _failure(law: FrictionLaw | None, searches: list[_Search], settings: Settings) -> Exception:
+def _failure(problem: FrictionProblem, searches: list[Shooting], settings: Settings) -> Exception:
     best = min(searches, key=lambda search: search.residual)
-    n = best.problem.n
+    n, law = problem.n, problem.friction
     change = best.image - best.state
     speed = float(np.abs(best.image[n:]).max())
-    if best.sign > 0.0 and float(np.abs(change[n:]).max()) <= 1e-9 * speed:
+    if not best.half and float(np.abs(change[n:]).max()) <= 1e-9 * speed:
         drift = float(np.abs(change[:n]).max())
         text = (
             f"the velocities repeat but the position drifts by {drift:.3g} per period: nothing "

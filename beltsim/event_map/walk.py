@@ -6,6 +6,7 @@ Depends on: flows, binding.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,24 +62,30 @@ class Walk:
         return np.concatenate([[0.0], self.t])
 
 
-def walk(
-    problem: FrictionProblem, state: FloatArray, periods: float, max_events: int = 10_000_000
-) -> Walk:
-    """Follow `problem` from `state` (2n,) over `periods` forcing periods."""
+def run_arguments(
+    problem: FrictionProblem, state: FloatArray
+) -> tuple[tuple[int, ...], tuple[Any, ...]]:
+    """What every call of the C map begins with: sizes, and buffers with a copy of `state` last."""
     flows, law, inner = flows_of(problem), problem.friction, inner_flow(problem)
     assert law is not None
     Q_s = law.Q_s if isinstance(law, Coulomb) else law.Q_m
     sigma = law.sigma if isinstance(law, SaturatedCoulomb) else 0.0
-    period = problem.period
-    state = np.array(state, dtype=float)
-    initial = state.copy()
-    whole = int(np.floor(periods))
-    width = STATE + 2 * problem.n
     limit = _event_limit(flows, problem.forcing.n_harmonics)
     reals = np.array([problem.forcing.Omega, law.Q_m, Q_s, limit, 0.0, Q_s, sigma])
     integers = np.array([problem.joint, 0, 0, 0, 0, 0], dtype=np.int64)
-    run = (problem.n, len(problem.forcing.cos) - 1, flows.free.m, inner.m, int(sigma > 0.0))
-    arrays = (flows.free.packed, inner.packed, reals, integers, state)
+    sizes = (problem.n, len(problem.forcing.cos) - 1, flows.free.m, inner.m, int(sigma > 0.0))
+    arrays = (flows.free.packed, inner.packed, reals, integers, np.array(state, dtype=float))
+    return sizes, arrays
+
+
+def walk(
+    problem: FrictionProblem, state: FloatArray, periods: float, max_events: int = 10_000_000
+) -> Walk:
+    """Follow `problem` from `state` (2n,) over `periods` forcing periods."""
+    sizes, arrays = run_arguments(problem, state)
+    reals, integers, now = arrays[2:]
+    initial, period = now.copy(), problem.period
+    whole, width = int(np.floor(periods)), STATE + 2 * problem.n
     chunks: list[tuple[NDArray[np.int64], FloatArray]] = []
     total = 0
     while True:
@@ -87,11 +94,12 @@ def walk(
         capacity = min(_CHUNK << min(2 * len(chunks), 9), max_events + 1)
         found_i = np.empty((capacity, 3), dtype=np.int64)
         found_r = np.empty((capacity, width))
-        status, count = binding.propagate(*run, *arrays, found_i, found_r, capacity, 0, stage, rest)
+        events = (found_i, found_r, capacity, 0)
+        status, count = binding.propagate(*sizes, *arrays, *events, stage, rest)
         chunks.append((found_i[:count], found_r[:count]))
         total += count
         if status < 0:
-            _raise(status, found_i[:count], found_r[:count], integers, reals, period)
+            raise_status(status, arrays, period, found_i[:count], found_r[:count])
         if status == 0 and stage == whole:
             break
         if total > max_events:
@@ -103,7 +111,7 @@ def walk(
         all_r = np.concatenate([chunk[1] for chunk in chunks])
     t = all_i[:, PERIODS] * period + all_r[:, TIME]
     first, last = int(integers[5]), int(integers[2])
-    return Walk(initial, state, first, last, periods * period, t, all_i, all_r)
+    return Walk(initial, now, first, last, periods * period, t, all_i, all_r)
 
 
 def _event_limit(flows: Flows, harmonics: int) -> float:
@@ -111,18 +119,19 @@ def _event_limit(flows: Flows, harmonics: int) -> float:
     return 20.0 + 8.0 * max(flows.free.fastest / flows.free.Omega, float(harmonics))
 
 
-def _raise(
+def raise_status(
     status: int,
-    integers: NDArray[np.int64],
-    reals: FloatArray,
-    whole: NDArray[np.int64],
-    run: FloatArray,
+    arrays: tuple[Any, ...],
     period: float,
+    integers: NDArray[np.int64] | None = None,
+    reals: FloatArray | None = None,
 ) -> None:
+    """Raise the error of a failed call, with the time it reached and the last event, if any."""
     name, text = _STATUS[status]
+    run, whole = arrays[2], arrays[3]
     time = float(whole[1] * period + run[4])
     last = None
-    if len(integers):
+    if integers is not None and reals is not None and len(integers):
         last = (float(integers[-1, PERIODS] * period + reals[-1, TIME]), KINDS[integers[-1, KIND]])
     message = f"exact map stopped at t = {time:.6g}: {text}"
     raise CoreError(message, name, time, MODES[int(whole[2])], last)

@@ -88,6 +88,10 @@ static bm_end end_of(const bm_signal *f, const double *xr, const double *xi) {
   return end;
 }
 
+double bm_signal_slope(const bm_signal *f) {
+  return end_of(f, f->wr, f->wi).slope;
+}
+
 /* Hermite error of the cell, and the rounding noise of a value in it. */
 BM_CLONES static void error_sums(int K, const double *restrict wr,
                                  const double *restrict wi,

@@ -42,4 +42,7 @@ int bm_signal_series_level(int K, double base, const double *lr,
 bm_exit bm_signal_exit(bm_signal *f, double lo, double hi, double limit,
                        int multiplicity, int side);
 
+/* Rate of f at the start of the present cell. */
+double bm_signal_slope(const bm_signal *f);
+
 #endif

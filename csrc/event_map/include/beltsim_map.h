@@ -128,8 +128,62 @@ void bm_flow_prepare(double *packed, int N, int m, int H, double Omega);
 void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
                     double Omega);
 
+/* How a small change of the state passes through a walk. It is carried in real
+ * amplitudes, N of a flow: the real and imaginary part of each complex one and
+ * each real one; in cells the first N of y. One change of flow is one matrix.
+ * Saturated law: `impact`, `position`, `push`, `kick`, `grip` are zero. */
+typedef struct {
+  const double *into, *out; /* free flow: state to amplitudes, back (2n, 2n) */
+  const double *stick;      /* free amplitudes to held ones (Nh, 2n)         */
+  const double *release;    /* and back (2n, Nh)                             */
+  const double *place, *velocity; /* the joint's, of free amplitudes (2n)    */
+  const double *position;   /* free amplitudes per unit of held place (2n)   */
+  const double *impact;     /* held ones per unit of velocity at a stop (Nh) */
+  const double *push, *kick; /* free ones per unit of torque jump, and of the
+                                joint's acceleration with the rest held (2n) */
+  const double *grip;       /* reaction, of held amplitudes (Nh)             */
+  double grip_c, mass;      /* reaction per unit of place; the joint's mass  */
+} bm_changes;
+
+/* Reals of packed changes: the arrays in that order, then the two numbers. */
+int64_t bm_changes_reals(int n, int Nh);
+void bm_changes_unpack(bm_changes *changes, const double *packed, int n,
+                       int Nh);
+
+/* A search for a periodic orbit by shooting over `periods` forcing periods. */
+typedef struct {
+  double periods;     /* of the walk: half those of the orbit with sign -1  */
+  double sign;        /* the orbit ends as sign times its start             */
+  double tolerance;   /* residual at which it counts as closed              */
+  double residual;    /* in: > 0 when the state is near an orbit; out: left */
+  double followed;    /* out: forcing periods walked                        */
+  int64_t capacity;   /* of the history                                     */
+  int64_t steps;      /* out: states tried; the last fills the history's end */
+  double *history;    /* out: their residuals (capacity)                    */
+  double *image;      /* out: what the state becomes, sign included (2n)    */
+  double *derivative; /* out: of the image, in amplitudes of the free flow  */
+} bm_search;
+
 /* Goes on until `end_periods` and `end_time`, or until a buffer is full. */
 bm_status bm_propagate(bm_run *run, int64_t end_periods, double end_time,
                        bm_events *events);
+
+/* From `run->state`, which receives the orbit's state at t = 0, closed or not
+ * (see the residual). Only the law and the flows of `run` are read. */
+bm_status bm_orbit(const bm_run *run, const bm_changes *changes,
+                   bm_search *search);
+
+/* Adds the integrals of products of a flow's functions over stretches of it.
+ * The state in a phase is R u(tau), u (2L) the real parts, then the imaginary
+ * parts, of L = m + H + 2 exponentials: modes, harmonics from 0, load c. A
+ * stretch i begins `begin` after a start of the period in state x (N), and u u'
+ * is integrated from `from` to `to` after that. Not for cells. */
+typedef struct {
+  int64_t count;
+  const double *begin, *from, *to, *load; /* (count)                        */
+  const double *states;                   /* (count, N)                     */
+  double *gram;                           /* in, out: (2L, 2L), symmetric   */
+} bm_stretches;
+bm_status bm_gram(const bm_flow *flow, bm_stretches *stretches);
 
 #endif

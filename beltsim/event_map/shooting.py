@@ -1,0 +1,90 @@
+r"""The search for a periodic orbit, which the C map does.
+
+The unknown is the state at t = 0. With :math:`\Phi` the exact map over one period and `S` its
+derivative (saltation at events, rank loss in stick), Newton's step is
+
+.. math:: x \leftarrow x + (I - S)^{-1}(\Phi(x) - x),
+
+and where it does not help, the motion is followed for a while.
+
+Depends on: changes, flows, walk, binding, problem.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from beltsim.checks import FloatArray
+from beltsim.event_map import binding
+from beltsim.event_map.changes import changes_of
+from beltsim.event_map.linear_part import ComplexArray
+from beltsim.event_map.walk import raise_status, run_arguments
+from beltsim.problem import FrictionProblem
+
+#: Residuals kept of a search; the last one is always that of its end.
+_HISTORY = 100
+
+
+@dataclass(frozen=True, eq=False)
+class Shooting:
+    """Where a search ended: a state (2n,) at t = 0 and what it becomes.
+
+    `half`: the search was over half of the orbit's `multiple` forcing periods, and `image` has the
+    opposite sign. `derivative` (2n, 2n) is that of the image, in amplitudes of the free flow.
+    `residual` is the largest change of the state over its largest entry, velocities over Omega.
+    """
+
+    multiple: int
+    half: bool
+    state: FloatArray
+    image: FloatArray
+    residual: float
+    followed: float
+    history: tuple[float, ...]
+    derivative: FloatArray
+
+    @property
+    def multipliers(self) -> ComplexArray:
+        """Floquet multipliers (2n,) of the orbit."""
+        found: ComplexArray = np.linalg.eigvals(self.derivative).astype(complex)
+        return found**2 if self.half else found
+
+
+def shoot(
+    problem: FrictionProblem,
+    state: FloatArray,
+    multiple: int,
+    half: bool,
+    tolerance: float,
+    near: bool,
+) -> Shooting:
+    """Look for an orbit of `multiple` forcing periods from `state` (2n,).
+
+    `near`: the state is expected to be close, so Newton's method starts there.
+
+    Raises
+    ------
+    CoreError
+        When the motion itself cannot be followed.
+    """
+    n = problem.n
+    sizes, arrays = run_arguments(problem, state)
+    periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
+    search = np.array([periods, sign, tolerance, float(near), 0.0])
+    history, image, derivative = np.empty(_HISTORY), np.empty(2 * n), np.empty((2 * n, 2 * n))
+    found = (search, history, image, derivative)
+    status, steps = binding.orbit(*sizes, *arrays, changes_of(problem), *found, _HISTORY)
+    if status < 0:
+        raise_status(status, arrays, problem.period)
+    residuals = tuple(history[: min(steps, _HISTORY)].tolist())
+    return Shooting(
+        multiple, half, arrays[-1], image, search[3], search[4], residuals, derivative
+    )
+
+
+def half_wave(problem: FrictionProblem) -> bool:
+    """Whether the forcing changes sign after half a period: odd harmonics only."""
+    forcing = problem.forcing
+    return not (np.any(forcing.cos[0::2]) or np.any(forcing.sin[0::2]))
