@@ -10,3 +10,5 @@ from beltsim.event_map.orbit import periodic as periodic
 from beltsim.event_map.orbit import rms as rms
 from beltsim.event_map.propagate import propagate as propagate
 from beltsim.event_map.settings import Settings as Settings
+from beltsim.event_map.survey import Survey as Survey
+from beltsim.event_map.survey import survey as survey

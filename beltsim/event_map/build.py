@@ -1,6 +1,6 @@
 """From a walk to a `Response`: samples, event log, window and warnings.
 
-Depends on: flows, series, walk, settings, response.
+Depends on: flows, integrals, series, walk, settings, response.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.event_map.flows import flows_of
+from beltsim.event_map.integrals import Integrals
 from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.walk import (
     KIND,
@@ -116,35 +117,25 @@ def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> N
 
 def window_of(
     problem: FrictionProblem,
-    found: list[AnyPiece],
+    found: Integrals,
+    times: tuple[float, float],
+    ends: tuple[FloatArray, FloatArray],
     symmetric: bool = False,
-    ends: tuple[FloatArray, FloatArray] | None = None,
 ) -> Window:
-    """The window that `found` covers, with its work and losses in closed form.
+    """The window between `times` with the states at its `ends`.
 
-    `symmetric`: `found` is the first half of a motion that repeats with the opposite sign. `ends`:
-    states at both ends of the window, where they are known.
+    `symmetric`: `found` is of the first half of a motion that repeats with the opposite sign.
     """
-    n, F = problem.n, problem.forcing.coefficients
-    work = loss = rubbed = 0.0
-    saturated = isinstance(problem.friction, SaturatedCoulomb)
-    for piece in found:
-        work += float(np.vdot(piece.fourier(len(F))[:, n : 2 * n], F).real)
-        loss += piece.quadratic(problem.C, n)
-        if saturated:
-            rubbed += piece.rubbing(n + (problem.joint or 0))
-    first, last = found[0], found[-1]
-    times = 2.0 if symmetric else 1.0
-    if ends is None:
-        ends = first.at(np.zeros(1))[0], last.at(np.array([last.length]))[0]
+    often = 2.0 if symmetric else 1.0
+    rubs = isinstance(problem.friction, SaturatedCoulomb)
     return Window(
-        start=first.start,
-        end=first.start + times * (last.start + last.length - first.start),
+        start=times[0],
+        end=times[1],
         start_state=ends[0],
         end_state=ends[1],
-        forcing_work=times * work,
-        viscous_loss=times * loss,
-        friction_loss=times * rubbed if saturated else None,
+        forcing_work=often * found.work,
+        viscous_loss=often * found.loss,
+        friction_loss=often * found.rubbed if rubs else None,
     )
 
 

@@ -24,8 +24,9 @@ Depends on: cells, linear_part, binding, problem, friction, checks.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,8 +39,9 @@ from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
 #: Largest condition number of an eigenvalue with which modes are trusted. Near critical damping the
-#: error of event times was measured as 1e-18 T times it; belt drives have 2.4, random problems 10.
-CONDITION_LIMIT = 1e4
+#: error of event times was measured as 1e-18 T times it, that of energies as 2e-18 times its square;
+#: belt drives have 2.4, random problems 10.
+CONDITION_LIMIT = 1e3
 #: Smallest distance of an exponent from 0 and from the forcing's harmonics, over Omega: the forced
 #: part grows with its inverse and is subtracted again.
 RESONANCE_LIMIT = 1e-4
@@ -49,17 +51,10 @@ SOUND_STIFFNESS = 1e8
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """Integrals of exponentials: `mu` (L,) are modes first, then harmonics of `Omega` from 0."""
+    """Fourier integrals of exponentials: `mu` (L,) are modes first, then harmonics of `Omega` from 0."""
 
     mu: ComplexArray
     Omega: float
-
-    def products(self, d: float) -> tuple[ComplexArray, ComplexArray]:
-        """Integrals over (0, d) of exp((mu_i + mu_j) t) and exp((mu_i + conj mu_j) t), (L, L)."""
-        e = np.exp(self.mu * d)
-        return self._plain.integral(np.multiply.outer(e, e), d), self._mixed.integral(
-            np.multiply.outer(e, e.conj()), d
-        )
 
     def harmonics(self, orders: int, d: float) -> tuple[ComplexArray, ComplexArray]:
         """Integrals over (0, d) of exp((mu - ik Omega) t) and of its partner, (orders, L)."""
@@ -68,14 +63,6 @@ class Sums:
         return tables[0].integral(np.multiply.outer(turn, e), d), tables[1].integral(
             np.multiply.outer(turn, e.conj()), d
         )
-
-    @cached_property
-    def _plain(self) -> _Rates:
-        return _Rates(self.mu[:, None] + self.mu)
-
-    @cached_property
-    def _mixed(self) -> _Rates:
-        return _Rates(self.mu[:, None] + self.mu.conj())
 
     @cached_property
     def _tables(self) -> dict[int, tuple[_Rates, _Rates]]:
@@ -121,6 +108,7 @@ class Flow:
     P: ComplexArray
     X_c: FloatArray
     condition: float
+    rows: list[Any] = field(default_factory=list)  # of `integrals`, made once
 
     @property
     def Omega(self) -> float:
@@ -247,13 +235,6 @@ def _flows(problem: FrictionProblem) -> Flows:
     return Flows(free, held, m_t, mass, push, np.concatenate([o, n + o]))
 
 
-def _modes(A: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    if not len(A):
-        return np.zeros(0, complex), np.zeros((0, 0), complex)
-    exponents, V = np.linalg.eig(A)
-    return exponents.astype(complex), V.astype(complex)
-
-
 def _flow(
     M: FloatArray,
     D: FloatArray,
@@ -275,24 +256,53 @@ def _flow(
     force, rate = np.zeros((len(F), 2 * n), complex), np.zeros(2 * n)
     force[:, n:], rate[n:] = F @ inverse.T, inverse @ load
     part = LinearPart(M, D, K, F, load, Omega, A, force, rate, row, direct, d_c)
-    exponents, V = _modes(A)
+    exponents, V = np.linalg.eig(A) if n else (np.zeros(0), np.zeros((0, 0)))
     keep = exponents.imag >= 0.0
+    exponents, V = exponents[keep].astype(complex), V[:, keep].astype(complex)
+    flexibility = _sound_inverse(K)
     # Slow modes of a sound K are creep, as in a narrow band, and no resonance with the mean.
-    sound = n == 0 or np.linalg.cond(K, 1) < SOUND_STIFFNESS
-    harmonics = np.arange(1 if sound else 0, len(F))
-    apart = np.abs(exponents[keep, None] - 1j * Omega * harmonics)
-    near = float(apart.min(initial=np.inf))
+    harmonics = np.arange(0 if flexibility is None else 1, len(F))
+    near = np.abs(exponents[:, None] - 1j * Omega * harmonics).min(initial=np.inf)
+    V[:, exponents.imag > 0.0] *= 2.0
+    W = _inverse_modes(exponents, V)
+    condition = np.inf if W is None else _condition(part, exponents, V, W)
+    if W is None or not condition <= CONDITION_LIMIT or near < RESONANCE_LIMIT * Omega:
+        return CellFlow(part, exponents, condition, _energy(part))
+    w = Omega * np.arange(len(F))
+    Z = K + 1j * w[:, None, None] * D - (w**2)[:, None, None] * M
+    q = np.linalg.solve(Z, F[..., None])[..., 0]
+    rest = np.linalg.solve(K, load) if flexibility is None else flexibility @ load
+    P, X_c = np.concatenate([q, 1j * w[:, None] * q], axis=1), np.concatenate([rest, 0.0 * rest])
+    return Flow(part, exponents, V, W, P, X_c, condition)
+
+
+def _sound_inverse(K: FloatArray) -> FloatArray | None:
+    """Inverse of K, when a constant load has a well defined answer."""
     try:
-        W = np.linalg.inv(V).astype(complex)
-    except np.linalg.LinAlgError:  # two eigenvectors are the same
-        return CellFlow(part, exponents[keep], np.inf, _energy(part))
-    condition = _condition(part, V, W)
-    if not condition <= CONDITION_LIMIT or near < RESONANCE_LIMIT * Omega:
-        return CellFlow(part, exponents[keep], condition, _energy(part))
-    return _modal(part, exponents[keep], V[:, keep], W[keep], condition)
+        inverse = np.linalg.inv(K)
+    except np.linalg.LinAlgError:
+        return None
+    condition = np.abs(K).sum(axis=0).max(initial=0.0) * np.abs(inverse).sum(axis=0).max(initial=0)
+    return inverse if condition < SOUND_STIFFNESS else None
 
 
-def _condition(part: LinearPart, V: ComplexArray, W: ComplexArray) -> float:
+def _inverse_modes(exponents: ComplexArray, V: ComplexArray) -> ComplexArray | None:
+    """W (m, N) with x = Re V W x, by way of real amplitudes; None when eigenvectors coincide."""
+    pairs = exponents.imag > 0.0
+    if len(V) != len(exponents) + np.count_nonzero(pairs):
+        return None
+    try:
+        into = np.linalg.inv(np.concatenate([V.real, -V.imag[:, pairs]], axis=1))
+    except np.linalg.LinAlgError:
+        return None
+    W = into[: len(exponents)].astype(complex)
+    W.imag[pairs] = into[len(exponents) :]
+    return W
+
+
+def _condition(
+    part: LinearPart, exponents: ComplexArray, V: ComplexArray, W: ComplexArray
+) -> float:
     """Worst condition number of an eigenvalue, the state scaled to about the root of its energy."""
     if not len(V):
         return 1.0
@@ -300,27 +310,10 @@ def _condition(part: LinearPart, V: ComplexArray, W: ComplexArray) -> float:
     stiffness = np.maximum(np.abs(np.diag(part.K)), part.Omega**2 * mass)
     scale = np.sqrt(np.concatenate([stiffness, mass]))
     with np.errstate(over="ignore", invalid="ignore"):  # eigenvectors that nearly coincide
-        right = np.linalg.norm(V * scale[:, None], axis=0)
-        left = np.linalg.norm(W / scale, axis=1)
-        return float((right * left).max())
-
-
-def _modal(
-    part: LinearPart, exponents: ComplexArray, V: ComplexArray, W: ComplexArray, condition: float
-) -> Flow:
-    w = part.Omega * np.arange(len(part.F))
-    Z = part.K + 1j * w[:, None, None] * part.damping - (w**2)[:, None, None] * part.M
-    q = np.linalg.solve(Z, part.F[..., None])[..., 0]
-    rest = np.linalg.solve(part.K, part.push)
-    return Flow(
-        part=part,
-        exponents=exponents,
-        V=V * np.where(exponents.imag > 0.0, 2.0, 1.0),
-        W=W,
-        P=np.concatenate([q, 1j * w[:, None] * q], axis=1),
-        X_c=np.concatenate([rest, np.zeros(len(rest))]),
-        condition=condition,
-    )
+        right = np.sqrt(((V.real**2 + V.imag**2) * (scale**2)[:, None]).sum(axis=0))
+        left = np.sqrt(((W.real**2 + W.imag**2) / scale**2).sum(axis=1))
+        both = right * left * np.where(exponents.imag > 0.0, 0.5, 1.0)
+        return float(both.max())
 
 
 def _energy(part: LinearPart) -> tuple[FloatArray, FloatArray]:

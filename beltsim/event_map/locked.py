@@ -79,6 +79,33 @@ def at_rest(problem: FrictionProblem, position: float) -> FloatArray:
     return state
 
 
+def rest_place(rest: tuple[float, float]) -> float:
+    """The middle of a rest interval; zero when the joint rests anywhere."""
+    middle = 0.5 * (rest[0] + rest[1])
+    return middle if np.isfinite(middle) else 0.0
+
+
+def steady_rms(problem: FrictionProblem, position: float) -> FloatArray:
+    """Root mean square (n,) of the coordinates with the joint held at `position`."""
+    n = problem.n
+    harmonics, static = _steady(problem)
+    squares = 0.5 * np.sum(np.abs(harmonics[1:]) ** 2, axis=0)
+    squares += (harmonics[0].real + position * static) ** 2
+    found = np.full(2 * n, position**2)
+    found[flows_of(problem).rest] = squares
+    rms: FloatArray = np.sqrt(found[:n])
+    return rms
+
+
+def resting_multipliers(problem: FrictionProblem) -> ComplexArray:
+    """Floquet multipliers (2n,): of the held system, and of the joint, which is free to rest
+    elsewhere but loses any velocity.
+    """
+    exponents = flows_of(problem).held.exponents
+    pairs = np.exp(exponents * problem.period)
+    return np.concatenate([pairs, pairs[exponents.imag > 0.0].conj(), [1.0, 0.0]])
+
+
 def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
     """Least and greatest value of Re sum_k c_k exp(i k x), from the roots of its derivative."""
     if len(c) == 1 or not np.any(c[1:]):
@@ -115,6 +142,12 @@ def require_stable(problem: FrictionProblem) -> None:
 
 def _passive(K: FloatArray) -> bool:
     """K without negative eigenvalue: since C has none either, nothing can grow."""
+    try:
+        np.linalg.cholesky(K)
+    except np.linalg.LinAlgError:
+        pass
+    else:
+        return True
     squares = np.linalg.eigvalsh(K)
     return bool(squares[0] >= -1e-13 * squares[-1])
 

@@ -10,15 +10,18 @@ Depends on: orbit, settings, errors, problem, response.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import groupby
+from typing import TypeVar
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.event_map.orbit import periodic
 from beltsim.event_map.settings import Settings
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
+
+T = TypeVar("T")
 
 
 def solve_many(
@@ -33,7 +36,7 @@ def solve_many(
     problems : iterable of FrictionProblem
         Those of one linear system next to each other, in the order of their friction.
     settings : Settings, optional
-        The same for all. For maps of figures `samples_per_period=1, harmonics=0` is quickest.
+        The same for all. For maps of figures `survey` is several times quicker.
     workers : int, optional
         Threads; default: one per core that this process may use.
 
@@ -56,14 +59,23 @@ def solve_many(
     >>> [round(orbit.stick_fraction, 3) for orbit in found]
     [0.0, 0.235, 1.0]
     """
-    count = _cores() if workers is None else workers
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
-    chunks = [list(chunk) for _, chunk in groupby(problems, key=lambda p: id(p.shared))]
 
     def solve(chunk: list[FrictionProblem]) -> list[Response | BeltsimError]:
         return _chunk(chunk, settings)
 
+    return in_chunks(solve, problems, workers)
+
+
+def in_chunks(
+    solve: Callable[[list[FrictionProblem]], list[T]],
+    problems: Iterable[FrictionProblem],
+    workers: int | None,
+) -> list[T]:
+    """`solve` for all chunks of one linear system, on that many threads; results in order."""
+    count = _cores() if workers is None else workers
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
+    chunks = [list(chunk) for _, chunk in groupby(problems, key=lambda p: id(p.shared))]
     if count == 1 or len(chunks) == 1:
         found = [solve(chunk) for chunk in chunks]
     else:

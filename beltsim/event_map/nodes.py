@@ -99,6 +99,12 @@ class NodePiece:
         found: FloatArray = w @ self.at(tau)[:, :n] ** 2
         return found
 
+    def work(self, F: ComplexArray) -> float:
+        """Work of the forcing, `F` (H + 1, n) its coefficients."""
+        tau, w = self._nodes(len(F))
+        turns = np.exp(1j * self.flow.Omega * np.multiply.outer(self.start + tau, np.arange(len(F))))
+        return float(w @ np.sum((turns @ F).real * self.at(tau)[:, self.n :], axis=1))
+
     def fourier(self, orders: int) -> ComplexArray:
         """Integral (orders, 2n + 1) of state and friction torque times exp(-i k Omega t)."""
         tau, w = self._nodes(orders)

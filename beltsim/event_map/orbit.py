@@ -4,7 +4,7 @@ When the forcing has odd harmonics only, the orbit of a symmetric joint repeats 
 with the opposite sign, and half a period suffices. For Q_s = Q_m any two motions approach each
 other, so following the motion always leads back to where Newton converges.
 
-Depends on: build, shooting, locked, series, settings, walk, response, problem.
+Depends on: build, integrals, shooting, locked, series, settings, walk, response, problem.
 """
 
 from __future__ import annotations
@@ -17,9 +17,15 @@ import numpy as np
 from beltsim.checks import FloatArray
 from beltsim.errors import ConvergenceError, NotPeriodicError
 from beltsim.event_map import build
-from beltsim.event_map.flows import flows_of
+from beltsim.event_map.integrals import integrals
 from beltsim.event_map.linear_part import ComplexArray
-from beltsim.event_map.locked import at_rest, locked, require_stable
+from beltsim.event_map.locked import (
+    at_rest,
+    locked,
+    require_stable,
+    rest_place,
+    resting_multipliers,
+)
 from beltsim.event_map.propagate import checked_run, require_joint
 from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.settings import Settings
@@ -66,6 +72,16 @@ def periodic(
     (['stick', 'slip-', 'stick', 'slip+'], True)
     """
     settings = settings or Settings()
+    found = found_orbit(problem, settings, guess)
+    if isinstance(found, Shooting):
+        return _orbit_response(problem, found, settings)
+    return _resting(problem, found, settings)
+
+
+def found_orbit(
+    problem: FrictionProblem, settings: Settings, guess: Any = None
+) -> Shooting | tuple[float, float]:
+    """The orbit, or the rest interval of a joint that never moves; errors as for `periodic`."""
     require_joint(problem)
     require_stable(problem)
     state = checked_run(problem, 1.0, guess)
@@ -73,12 +89,12 @@ def periodic(
     if isinstance(law, Coulomb):
         rest = locked(problem).rest_interval(law.Q_s or 0.0)
         if rest is not None:
-            return _resting(problem, rest, settings)
+            return rest
     failures = []
     for multiple, half in _attempts(problem, settings):
         found = shoot(problem, state, multiple, half, settings.tolerance, guess is not None)
         if found.residual <= settings.tolerance:
-            return _orbit_response(problem, found, settings)
+            return found
         failures.append(found)
     raise _failure(problem, failures, settings)
 
@@ -113,14 +129,8 @@ def _orbit_response(problem: FrictionProblem, found: Shooting, settings: Setting
 
 def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Settings) -> Response:
     """The locked orbit at the middle of the rest interval."""
-    flows = flows_of(problem)
-    position = 0.5 * (rest[0] + rest[1])
-    if not np.isfinite(position):
-        position = 0.0
-    run = walk(problem, at_rest(problem, position), 1.0)
-    pairs = np.exp(flows.held.exponents * problem.period)
-    both = np.concatenate([pairs, pairs[flows.held.exponents.imag > 0.0].conj()])
-    multipliers = np.concatenate([both, [1.0, 0.0]])  # the position is free, the velocity is not
+    run = walk(problem, at_rest(problem, rest_place(rest)), 1.0)
+    multipliers = resting_multipliers(problem)
     statistics = {"solver": "event_map", "multiple": 1, "newton_steps": 0, "residual": 0.0}
     return orbit_of(problem, run, multipliers, rest, statistics, settings)
 
@@ -141,7 +151,9 @@ def orbit_of(
     torque_coefficients: ComplexArray | None = None
     if statistics["multiple"] == 1:
         coefficients, torque_coefficients = fourier(problem, found, settings.harmonics, symmetric)
-    window = build.window_of(problem, found, symmetric, (run.initial_state, run.final_state))
+    covered = integrals(problem, run, 0.0, run.end if half is None else half)
+    ends = (run.initial_state, run.final_state)
+    window = build.window_of(problem, covered, (0.0, run.end), ends, symmetric)
     events = build.event_log(problem, run)
     steps = max(1, round(run.end / problem.period * settings.samples_per_period))
     t = np.linspace(0.0, run.end, steps + 1)
@@ -196,11 +208,9 @@ def fourier(
 
     `symmetric`: `found` is half a period, which the other half repeats with the opposite sign.
     """
-    orders = max(harmonics + 1, len(problem.forcing.cos))  # the forcing's serve its work too
-    total: Any = np.zeros((orders, 2 * problem.n + 1), complex)
+    total: Any = np.zeros((harmonics + 1, 2 * problem.n + 1), complex)
     for piece in found:
-        total += piece.fourier(orders)
-    total = total[: harmonics + 1]
+        total += piece.fourier(harmonics + 1)
     if symmetric:
         total[1::2] *= 2.0
         total[0::2] = 0.0
@@ -233,8 +243,8 @@ def rms(orbit: Response) -> FloatArray:
     problem, end = orbit.problem, orbit.window[1]
     length = 0.5 * end if orbit.statistics.get("half_wave") else end
     run = walk(problem, orbit.initial_state, length / problem.period)
-    found: Any = sum(piece.squares(problem.n) for piece in pieces(problem, run, 0.0, length))
-    root: FloatArray = np.sqrt(np.maximum(found, 0.0) / length)
+    squares = integrals(problem, run, 0.0, length).squares
+    root: FloatArray = np.sqrt(np.maximum(squares, 0.0) / length)
     return root
 
 

@@ -1,6 +1,6 @@
 """Exact transients.
 
-Depends on: build, settings, walk, response, problem.
+Depends on: build, integrals, settings, walk, response, problem.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 from beltsim.checks import finite_array, real_number
 from beltsim.errors import InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.event_map import build
+from beltsim.event_map.integrals import integrals
 from beltsim.event_map.settings import Settings
 from beltsim.event_map.walk import MODES, walk
 from beltsim.friction import Coulomb
@@ -102,7 +103,10 @@ def transient_response(problem: FrictionProblem, run: Any, settings: Settings) -
     assert law is not None
     start = max(0.0, run.end - period)
     last = build.response_parts(problem, run, start)
-    window = build.window_of(problem, last)
+    found = integrals(problem, run, start, run.end)
+    window = build.window_of(
+        problem, found, (start, run.end), (last[0].at(np.zeros(1))[0], run.final_state)
+    )
     events = build.event_log(problem, run)
     mode = MODES[run.initial_mode]
     figure = figures(problem, events, mode, window)

@@ -1,8 +1,8 @@
-r"""One phase as a sum of exponentials, and its integrals in closed form.
+r"""One phase as a sum of exponentials, and its Fourier integrals in closed form.
 
 .. math:: x(\tau) = \mathrm{Re}\,Z e^{\mu\tau}, \qquad 0 \le \tau \le d
 
-holds modes, harmonics and constant alike, so every integral over a phase is a sum of
+holds modes, harmonics and constant alike, so every Fourier integral of a phase is a sum of
 
 .. math:: I(s) = \int_0^d e^{s\tau}\,d\tau = (e^{sd} - 1)/s.
 
@@ -64,41 +64,12 @@ class Piece:
         found: FloatArray = (np.exp(np.multiply.outer(tau, self.mu)) @ self.torque).real
         return found
 
-    def quadratic(self, A: FloatArray, n: int) -> float:
-        """Integral of v'A v, `v` the velocities (n,)."""
-        v = self.Z[n:]
-        plain, mixed = self.sums.products(self.length)
-        B = (A @ v.real) + 1j * (A @ v.imag)
-        return 0.5 * float(
-            np.vdot((B.T @ v).conj(), plain).real + np.vdot(B.T @ v.conj(), mixed.conj()).real
-        )
-
-    def rubbing(self, row: int) -> float:
-        """Integral of the friction torque times component `row` of the state."""
-        plain, mixed = self.sums.products(self.length)
-        b = self.Z[row]
-        found = (self.torque @ plain) @ b + (self.torque @ mixed) @ b.conj()
-        return 0.5 * float(found.real)
-
-    def squares(self, n: int) -> FloatArray:
-        """Integral (n,) of the square of each of the first n components of the state."""
-        plain, mixed = self.sums.products(self.length)
-        rows = self.Z[:n]
-        both = np.sum((rows @ plain) * rows, axis=1) + np.sum((rows @ mixed) * rows.conj(), axis=1)
-        found: FloatArray = 0.5 * both.real
-        return found
-
     def fourier(self, orders: int) -> ComplexArray:
         """Integral (orders, 2n + 1) of state and friction torque times exp(-i k Omega t)."""
-        known = self.__dict__.get("_series")  # asked for twice: by the work and by the series
-        if known is not None and len(known) >= orders:
-            few: ComplexArray = known[:orders]
-            return few
         rows = np.concatenate([self.Z, self.torque[None]])
         plain, mixed = self.sums.harmonics(orders, self.length)
         turn = np.exp(-1j * self.sums.Omega * self.start * np.arange(orders))
         found: ComplexArray = 0.5 * turn[:, None] * (plain @ rows.T + mixed @ rows.conj().T)
-        object.__setattr__(self, "_series", found)
         return found
 
 
@@ -113,7 +84,7 @@ def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Ite
     for i in range(first, len(starts)):
         if starts[i] >= end and i > first:
             return
-        piece = _piece(
+        piece = piece_of(
             problem, float(starts[i]), float(ends[i] - starts[i]), int(modes[i]), states[i]
         )
         if starts[i] < start or ends[i] > end:
@@ -121,9 +92,10 @@ def pieces(problem: FrictionProblem, run: Walk, start: float, end: float) -> Ite
         yield piece
 
 
-def _piece(
+def piece_of(
     problem: FrictionProblem, start: float, length: float, mode: int, state: FloatArray
 ) -> AnyPiece:
+    """The phase of `mode` from `state` (2n,) at time `start`."""
     flows, n, joint = flows_of(problem), problem.n, problem.joint
     assert joint is not None
     assert problem.friction is not None

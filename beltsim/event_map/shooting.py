@@ -20,11 +20,21 @@ from beltsim.checks import FloatArray
 from beltsim.event_map import binding
 from beltsim.event_map.changes import changes_of
 from beltsim.event_map.linear_part import ComplexArray
-from beltsim.event_map.walk import raise_status, run_arguments
+from beltsim.event_map.walk import (
+    PERIODS,
+    STATE,
+    TIME,
+    Walk,
+    raise_status,
+    run_arguments,
+    walk,
+)
 from beltsim.problem import FrictionProblem
 
 #: Residuals kept of a search; the last one is always that of its end.
 _HISTORY = 100
+#: Events of the orbit's walk for which room is made beforehand.
+_EVENTS = 32
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,7 +42,7 @@ class Shooting:
     """Where a search ended: a state (2n,) at t = 0 and what it becomes.
 
     `half`: the search was over half of the orbit's `multiple` forcing periods, and `image` has the
-    opposite sign. `derivative` (2n, 2n) is that of the image, in amplitudes of the free flow.
+    opposite sign. `run` is that walk. `derivative` (2n, 2n) is that of the image, in amplitudes of the free flow.
     `residual` is the largest change of the state over its largest entry, velocities over Omega.
     """
 
@@ -44,6 +54,7 @@ class Shooting:
     followed: float
     history: tuple[float, ...]
     derivative: FloatArray
+    run: Walk
 
     @property
     def multipliers(self) -> ComplexArray:
@@ -69,19 +80,28 @@ def shoot(
     CoreError
         When the motion itself cannot be followed.
     """
-    n = problem.n
+    N = 2 * problem.n
     sizes, arrays = run_arguments(problem, state)
     periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
     search = np.array([periods, sign, tolerance, float(near), 0.0])
-    history, image, derivative = np.empty(_HISTORY), np.empty(2 * n), np.empty((2 * n, 2 * n))
+    history, image, derivative = np.empty(_HISTORY), np.empty(N), np.empty((N, N))
     found = (search, history, image, derivative)
-    status, steps = binding.orbit(*sizes, *arrays, changes_of(problem), *found, _HISTORY)
+    integers, reals = np.empty((_EVENTS, 3), dtype=np.int64), np.empty((_EVENTS, STATE + N))
+    status, steps, count, first, last = binding.orbit(
+        *sizes, *arrays, changes_of(problem), *found, integers, reals, _HISTORY, _EVENTS
+    )
     if status < 0:
         raise_status(status, arrays, problem.period)
+    state = arrays[-1]
+    if count > _EVENTS:
+        run = walk(problem, state, periods)
+    else:
+        t = integers[:count, PERIODS] * problem.period + reals[:count, TIME]
+        ends = (state, sign * image, first, last, periods * problem.period)
+        run = Walk(*ends, t, integers[:count], reals[:count])
     residuals = tuple(history[: min(steps, _HISTORY)].tolist())
-    return Shooting(
-        multiple, half, arrays[-1], image, search[3], search[4], residuals, derivative
-    )
+    reached = (float(search[3]), float(search[4]), residuals)
+    return Shooting(multiple, half, state, image, *reached, derivative, run)
 
 
 def half_wave(problem: FrictionProblem) -> bool:

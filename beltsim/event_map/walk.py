@@ -121,13 +121,15 @@ def _event_limit(flows: Flows, harmonics: int) -> float:
 
 def raise_status(
     status: int,
-    arrays: tuple[Any, ...],
-    period: float,
+    arrays: tuple[Any, ...] | None = None,
+    period: float = 0.0,
     integers: NDArray[np.int64] | None = None,
     reals: FloatArray | None = None,
 ) -> None:
-    """Raise the error of a failed call, with the time it reached and the last event, if any."""
+    """Raise the error of a failed call, with the time it reached and the last event, if known."""
     name, text = _STATUS[status]
+    if arrays is None:
+        raise CoreError(f"exact map stopped: {text}", name)
     run, whole = arrays[2], arrays[3]
     time = float(whole[1] * period + run[4])
     last = None

@@ -248,6 +248,28 @@ static int create(shooting *it, double **memory, int **order) {
   return 1;
 }
 
+/* Hands over what was found. */
+static void report(shooting *it) {
+  bm_search *search = it->search;
+  const bm_events *from = &it->now.walk.events;
+  size_t size = (size_t)it->N * sizeof(double);
+  search->residual = it->now.residual;
+  memcpy(it->run->state, it->now.state, size);
+  memcpy(search->image, it->now.image, size);
+  derive(it);
+  memcpy(search->derivative, it->carrier.S, size * (size_t)it->N);
+  search->first_mode = it->now.walk.first_mode;
+  search->last_mode = it->now.walk.last_mode;
+  search->events.count = from->count;
+  if (from->count <= search->events.capacity) {
+    size_t rows = (size_t)from->count;
+    memcpy(search->events.integers, from->integers,
+           rows * BM_EVENT_INTEGERS * sizeof(int64_t));
+    memcpy(search->events.reals, from->reals,
+           rows * (size_t)(BM_EVENT_REALS + it->N) * sizeof(double));
+  }
+}
+
 static void discard(bm_walk *walk) {
   free(walk->events.integers);
   free(walk->events.reals);
@@ -260,19 +282,14 @@ bm_status bm_orbit(const bm_run *run, const bm_changes *changes,
   int *order = NULL, near = search->residual > 0.0;
   bm_status status = BM_NO_MEMORY;
   it.N = run->free->N;
-  size_t size = (size_t)it.N * sizeof(double);
   search->followed = 0.0;
   search->steps = 0;
   if (create(&it, &memory, &order)) {
-    memcpy(it.now.state, run->state, size);
+    memcpy(it.now.state, run->state, (size_t)it.N * sizeof(double));
     status = look(&it, near);
   }
   if (status == BM_OK) {
-    search->residual = it.now.residual;
-    memcpy(run->state, it.now.state, size);
-    memcpy(search->image, it.now.image, size);
-    derive(&it);
-    memcpy(search->derivative, it.carrier.S, size * (size_t)it.N);
+    report(&it);
   }
   discard(&it.now.walk);
   discard(&it.next.walk);

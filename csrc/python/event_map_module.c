@@ -224,7 +224,9 @@ static PyObject *propagate(PyObject *self, PyObject *args) {
 }
 
 /* orbit(n, H, m_free, m_held, saturated, free, held, reals, integers, state,
- * changes, search, history, image, derivative, capacity) -> (status, steps) */
+ * changes, search, history, image, derivative, event_integers, event_reals,
+ * history_capacity, event_capacity)
+ *   -> (status, steps, events, first_mode, last_mode) */
 static PyObject *orbit(PyObject *self, PyObject *args) {
   (void)self;
   enum {
@@ -233,25 +235,27 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
     HISTORY,
     IMAGE,
     DERIVATIVE,
+    EVENT_INTEGERS,
+    EVENT_REALS,
     BUFFERS
   };
   sizes of;
-  long long capacity;
+  long long capacity, rows;
   PyObject *objects[BUFFERS];
   Py_buffer views[BUFFERS];
   wanted kinds[BUFFERS];
   void *data[BUFFERS];
-  if (!PyArg_ParseTuple(args, "iiiiiOOOOOOOOOOL", &of.n, &of.H, &of.m_free,
+  if (!PyArg_ParseTuple(args, "iiiiiOOOOOOOOOOOOLL", &of.n, &of.H, &of.m_free,
                         &of.m_held, &of.saturated, &objects[0], &objects[1],
                         &objects[2], &objects[3], &objects[4], &objects[5],
                         &objects[6], &objects[7], &objects[8], &objects[9],
-                        &capacity) ||
+                        &objects[10], &objects[11], &capacity, &rows) ||
       !sizes_hold(&of)) {
     return NULL;
   }
-  if (capacity < 1 || capacity > 1000000000) {
-    return PyErr_Format(PyExc_ValueError, "capacity %lld out of range",
-                        capacity);
+  if (capacity < 1 || capacity > 1000000000 || rows < 0 || rows > 1000000000) {
+    return PyErr_Format(PyExc_ValueError, "capacity %lld or %lld out of range",
+                        capacity, rows);
   }
   Py_ssize_t N = 2 * of.n;
   run_buffers(&of, kinds);
@@ -262,6 +266,10 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   kinds[HISTORY] = (wanted){"history", "d", 1, (Py_ssize_t)capacity};
   kinds[IMAGE] = (wanted){"image", "d", 1, N};
   kinds[DERIVATIVE] = (wanted){"derivative", "d", 1, N * N};
+  kinds[EVENT_INTEGERS] = (wanted){"event_integers", "q", 1,
+                                   (Py_ssize_t)rows * BM_EVENT_INTEGERS};
+  kinds[EVENT_REALS] = (wanted){"event_reals", "d", 1,
+                                (Py_ssize_t)rows * (BM_EVENT_REALS + N)};
   if (!take(BUFFERS, objects, kinds, views, data)) {
     return NULL;
   }
@@ -284,7 +292,9 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
                       .capacity = capacity,
                       .history = data[HISTORY],
                       .image = data[IMAGE],
-                      .derivative = data[DERIVATIVE]};
+                      .derivative = data[DERIVATIVE],
+                      .events = {rows, 0, data[EVENT_INTEGERS],
+                                 data[EVENT_REALS]}};
   bm_status status;
   Py_BEGIN_ALLOW_THREADS;
   status = bm_orbit(&run, &changes, &search);
@@ -292,7 +302,9 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   asked[S_RESIDUAL] = search.residual;
   asked[S_FOLLOWED] = search.followed;
   release(views, BUFFERS);
-  return Py_BuildValue("iL", (int)status, (long long)search.steps);
+  return Py_BuildValue("iLLii", (int)status, (long long)search.steps,
+                       (long long)search.events.count, search.first_mode,
+                       search.last_mode);
 }
 
 /* gram(N, m, H, Omega, flow, begin, from, to, load, states, count, gram)

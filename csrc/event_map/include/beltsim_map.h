@@ -162,6 +162,9 @@ typedef struct {
   double *history;    /* out: their residuals (capacity)                    */
   double *image;      /* out: what the state becomes, sign included (2n)    */
   double *derivative; /* out: of the image, in amplitudes of the free flow  */
+  int first_mode, last_mode; /* out: of the last walk                       */
+  bm_events events;   /* out: its events. When they do not fit, `count` is  */
+                      /* above the capacity and none are written            */
 } bm_search;
 
 /* Goes on until `end_periods` and `end_time`, or until a buffer is full. */
