@@ -62,20 +62,13 @@ void bm_add_outer(int rows, int columns, const double *a, const double *b,
   }
 }
 
-/* Largest modulus of a row: four side by side, then its place. */
-BM_CLONES static double peak_of(int n, const double *restrict x) {
-  double most[4] = {0.0};
-  int k = 0;
-  for (; k + 4 <= n; k += 4) {
-    for (int l = 0; l < 4; l++) {
-      double size = fabs(x[k + l]);
-      most[l] = size > most[l] ? size : most[l];
-    }
+/* Place of the entry of largest modulus. */
+static int peak_of(int n, const double *x) {
+  int at = 0;
+  for (int k = 1; k < n; k++) {
+    at = fabs(x[k]) > fabs(x[at]) ? k : at;
   }
-  for (; k < n; k++) {
-    most[0] = fmax(fabs(x[k]), most[0]);
-  }
-  return fmax(fmax(most[0], most[1]), fmax(most[2], most[3]));
+  return at;
 }
 
 static void exchange_rows(int n, double *A, int *row, int i, int k) {
@@ -101,33 +94,25 @@ static void exchange_columns(int n, double *A, int *column, int j, int k) {
 }
 
 int bm_factor(int n, double least, double *A, int *row, int *column) {
-  double first = 0.0;
+  double most = fabs(A[peak_of(n * n, A)]);
   for (int i = 0; i < n; i++) {
     row[i] = column[i] = i;
   }
   for (int k = 0; k < n; k++) {
-    double most = -1.0;
-    int at = k, place = k;
-    for (int i = k; i < n; i++) {
-      double peak = peak_of(n - k, A + (size_t)i * n + k);
-      if (peak > most) {
-        most = peak;
-        at = i;
+    int i = k, j = k;
+    for (; i < n; i++) { /* rows that depend on those above go last */
+      j = k + peak_of(n - k, A + (size_t)i * n + k);
+      if (fabs(A[(size_t)i * n + j]) > least * most) {
+        break;
       }
     }
-    if (k == 0) {
-      first = most;
-    }
-    if (!(most > least * first)) { /* also when an entry is not finite */
+    if (i == n) {
       return k;
     }
-    while (fabs(A[(size_t)at * n + place]) != most) {
-      place++;
-    }
-    exchange_rows(n, A, row, at, k);
-    exchange_columns(n, A, column, place, k);
+    exchange_rows(n, A, row, i, k);
+    exchange_columns(n, A, column, j, k);
     const double *top = A + (size_t)k * n;
-    for (int i = k + 1; i < n; i++) {
+    for (i = k + 1; i < n; i++) {
       double *below = A + (size_t)i * n;
       below[k] /= top[k];
       add_scaled(n - k - 1, -below[k], top + k + 1, below + k + 1);

@@ -16,7 +16,7 @@ void bm_add_outer(int rows, int columns, const double *a, const double *b,
 
 /* L U = A with both rows and columns exchanged: L and U replace A (n, n), `row`
  * and `column` (n) receive the order. Returns the rank: pivots below `least`
- * times the first count as zero. */
+ * times the largest entry of A count as zero. */
 int bm_factor(int n, double least, double *A, int *row, int *column);
 
 /* One solution x (n) of A x = b; unknowns without a pivot are zero. `b` is

@@ -138,10 +138,46 @@ static void through_cells(bm_carrier *it, const bm_flow *flow, double tau,
 
 static void through(bm_carrier *it, const bm_flow *flow, double tau,
                     int columns) {
-  if (flow->m == BM_CELLS) {
+  if (it->fresh) {
+    it->moved += tau;
+  } else if (flow->m == BM_CELLS) {
     through_cells(it, flow, tau, columns);
   } else {
     through_modes(flow, tau, columns, it->S);
+  }
+}
+
+/* out (rows, N) = A (rows, N) times the modes of a free flow over tau. */
+static void before_modes(const bm_flow *flow, double tau, int rows,
+                         const double *A, double *out) {
+  int N = flow->N;
+  for (int k = 0, c = 0; k < flow->m; k++) {
+    double growth = exp(flow->lambda_re[k] * tau);
+    double angle = flow->lambda_im[k] * tau;
+    double er = growth * cos(angle), ei = growth * sin(angle);
+    if (flow->lambda_im[k] == 0.0) {
+      for (int i = c; i < rows * N; i += N) {
+        out[i] = er * A[i];
+      }
+      c++;
+      continue;
+    }
+    for (int i = c; i < rows * N; i += N) {
+      double x = A[i], y = A[i + 1];
+      out[i] = er * x + ei * y;
+      out[i + 1] = er * y - ei * x;
+    }
+    c += 2;
+  }
+}
+
+/* out (rows, N) = A (rows, N) S, S of the free flow. */
+static void before(const bm_carrier *it, const bm_run *run, int rows,
+                   const double *A, double *out) {
+  if (it->fresh) {
+    before_modes(run->free, it->moved, rows, A, out);
+  } else {
+    bm_multiply(rows, run->free->N, run->free->N, A, it->S, out);
   }
 }
 
@@ -149,13 +185,14 @@ static void through(bm_carrier *it, const bm_flow *flow, double tau,
 static void hold(bm_carrier *it, const bm_run *run, const bm_changes *changes,
                  int stops) {
   int N = run->free->N, Nh = run->held->N;
-  bm_row_times(N, N, changes->place, it->S, it->place);
-  bm_multiply(Nh, N, N, changes->stick, it->S, it->next);
+  before(it, run, 1, changes->place, it->place);
+  before(it, run, Nh, changes->stick, it->next);
   if (stops) {
-    bm_row_times(N, N, changes->velocity, it->S, it->row);
+    before(it, run, 1, changes->velocity, it->row);
     bm_add_outer(Nh, N, changes->impact, it->row, it->next);
   }
   memcpy(it->S, it->next, (size_t)Nh * (size_t)N * sizeof(double));
+  it->fresh = 0;
 }
 
 /* Back into the free flow, without a jump. */
@@ -178,12 +215,21 @@ static void without_joint(bm_carrier *it, const bm_run *run, const double *x) {
   }
 }
 
+/* Writes out the flow that S still stands for. */
+static void settle(bm_carrier *it, const bm_flow *flow) {
+  if (it->fresh) {
+    it->fresh = 0;
+    through_modes(flow, it->moved, flow->N, it->S);
+  }
+}
+
 /* A reversal: the acceleration jumps with the torque. */
 static void reverse(bm_carrier *it, const bm_run *run,
                     const bm_changes *changes, const double *event) {
   const double *x = event + BM_EVENT_REALS;
   double before = event[BM_TORQUE_BEFORE], after = event[BM_TORQUE_AFTER];
   int N = run->free->N;
+  settle(it, run->free);
   without_joint(it, run, x);
   double reaction =
       bm_flow_signal(run->held, event[BM_TIME], x[run->joint], it->rest);
@@ -224,6 +270,8 @@ void bm_carry(bm_carrier *it, const bm_run *run, const bm_changes *changes,
   double now = 0.0, period = 6.283185307179586 / run->free->Omega;
   memset(it->S, 0, (size_t)N * (size_t)N * sizeof(double));
   memset(it->place, 0, (size_t)N * sizeof(double));
+  it->fresh = run->free->m != BM_CELLS;
+  it->moved = 0.0;
   for (int i = 0; i < N; i++) {
     it->S[(size_t)i * N + i] = 1.0;
   }
@@ -251,6 +299,7 @@ void bm_carry(bm_carrier *it, const bm_run *run, const bm_changes *changes,
     }
   }
   through(it, mode ? run->free : run->held, walk->length - now, N);
+  settle(it, run->free);
   if (mode == BM_STICK) {
     let_go(it, run, changes);
   }

@@ -20,6 +20,8 @@ typedef struct {
   double *row;   /* scratch (2n)                                            */
   double *rest;  /* state without the joint                                 */
   double *cells; /* scratch of flows in cells, or NULL                      */
+  int fresh;     /* S is the identity still: it stands for the modes of the */
+  double moved;  /* free flow over this time, the walk's first phase        */
 } bm_carrier;
 
 int bm_carrier_create(bm_carrier *carrier, const bm_run *run);

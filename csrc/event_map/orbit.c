@@ -23,7 +23,7 @@
 #define CLOSE 1e-5
 /* Residual that no further step improves. */
 #define ROUNDING 3e-15
-/* Pivots of 1 - S below this are orbits that are not isolated, as of a joint
+/* Pivots of 1 - S below this, relatively, are orbits that are not isolated, as of a joint
  * without a spring. */
 #define LEAST_PIVOT 1e-10
 
@@ -99,8 +99,9 @@ static double gap_of(const shooting *it, const double *x, const double *y) {
   double size = 0.0, gap = 0.0, Omega = it->run->free->Omega;
   for (int j = 0; j < it->N; j++) {
     double weight = j < it->N / 2 ? 1.0 : 1.0 / Omega;
-    size = fmax(size, weight * fabs(y[j]));
-    gap = fmax(gap, weight * fabs(y[j] - x[j]));
+    double whole = weight * fabs(y[j]), part = weight * fabs(y[j] - x[j]);
+    size = whole > size ? whole : size;
+    gap = part > gap ? part : gap;
   }
   return size > 0.0 ? gap / size : gap;
 }
