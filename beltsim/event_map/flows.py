@@ -39,8 +39,8 @@ from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
 #: Largest condition number of an eigenvalue with which modes are trusted. Near critical damping the
-#: error of event times was measured as 1e-18 T times it, that of energies as 2e-18 times its square;
-#: belt drives have 2.4, random problems 10.
+#: error of event times was measured as 1e-18 T times it, of energies as 2e-18 times its square; belt
+#: drives have 2.4, random problems 10.
 CONDITION_LIMIT = 1e3
 #: Smallest distance of an exponent from 0 and from the forcing's harmonics, over Omega: the forced
 #: part grows with its inverse and is subtracted again.
@@ -51,7 +51,7 @@ SOUND_STIFFNESS = 1e8
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """Fourier integrals of exponentials: `mu` (L,) are modes first, then harmonics of `Omega` from 0."""
+    """Fourier integrals of exponentials: `mu` (L,), modes first, then harmonics of `Omega`."""
 
     mu: ComplexArray
     Omega: float
@@ -256,9 +256,7 @@ def _flow(
     force, rate = np.zeros((len(F), 2 * n), complex), np.zeros(2 * n)
     force[:, n:], rate[n:] = F @ inverse.T, inverse @ load
     part = LinearPart(M, D, K, F, load, Omega, A, force, rate, row, direct, d_c)
-    exponents, V = np.linalg.eig(A) if n else (np.zeros(0), np.zeros((0, 0)))
-    keep = exponents.imag >= 0.0
-    exponents, V = exponents[keep].astype(complex), V[:, keep].astype(complex)
+    exponents, V = _modes(A)
     flexibility = _sound_inverse(K)
     # Slow modes of a sound K are creep, as in a narrow band, and no resonance with the mean.
     harmonics = np.arange(0 if flexibility is None else 1, len(F))
@@ -276,10 +274,19 @@ def _flow(
     return Flow(part, exponents, V, W, P, X_c, condition)
 
 
+def _modes(A: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """Exponents and eigenvectors, one of each conjugate pair."""
+    if not len(A):
+        return np.zeros(0, complex), np.zeros((0, 0), complex)
+    exponents, V = np.linalg.eig(A)
+    keep = exponents.imag >= 0.0
+    return exponents[keep].astype(complex), V[:, keep].astype(complex)
+
+
 def _sound_inverse(K: FloatArray) -> FloatArray | None:
     """Inverse of K, when a constant load has a well defined answer."""
     try:
-        inverse = np.linalg.inv(K)
+        inverse: FloatArray = np.asarray(np.linalg.inv(K), dtype=float)
     except np.linalg.LinAlgError:
         return None
     condition = np.abs(K).sum(axis=0).max(initial=0.0) * np.abs(inverse).sum(axis=0).max(initial=0)

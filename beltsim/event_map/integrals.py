@@ -1,8 +1,8 @@
 r"""Exact integrals over a stretch of a walk: work, losses and squares.
 
-In a phase the state is :math:`x = R\,u(\tau)`, `u` the real and imaginary parts of all exponentials:
-modes, harmonics, load. With the Gram matrix :math:`\Gamma = \int u u^T d\tau`, summed over all phases
-of one flow by the C map, every quadratic figure is a contraction,
+In a phase the state is :math:`x = R\,u(\tau)`, `u` the real and imaginary parts of all
+exponentials: modes, harmonics, load. With the Gram matrix :math:`\Gamma = \int u u^T d\tau`, summed
+over all phases of one flow by the C map, every quadratic figure is a contraction,
 
 .. math:: \int x_i^2 = (R\,\Gamma R^T)_{ii}, \qquad \int \dot q^T C \dot q = C : R_v \Gamma R_v^T .
 
@@ -70,7 +70,9 @@ def integrals(problem: FrictionProblem, run: Walk, start: float, end: float) -> 
             continue
         if isinstance(flow, CellFlow):
             for i in at:
-                piece = piece_of(problem, float(begins[i]), float(last[i]), int(modes[i]), states[i])
+                piece = piece_of(
+                    problem, float(begins[i]), float(last[i]), int(modes[i]), states[i]
+                )
                 assert isinstance(piece, NodePiece)
                 if first[i] > 0.0:
                     piece = piece.cut(float(begins[i] + first[i]), float(begins[i] + last[i]))
@@ -101,7 +103,7 @@ def _gram(
     """The Gram matrix (2L, 2L) of the phases `at`."""
     law, joint = problem.friction, problem.joint
     assert law is not None
-    load: FloatArray = modes * law.Q_m
+    load = np.asarray(modes * law.Q_m, dtype=float)
     if flow is flows_of(problem).held:
         load = states[:, joint].copy()
         states = states[:, flows_of(problem).rest]

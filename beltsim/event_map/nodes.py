@@ -102,7 +102,9 @@ class NodePiece:
     def work(self, F: ComplexArray) -> float:
         """Work of the forcing, `F` (H + 1, n) its coefficients."""
         tau, w = self._nodes(len(F))
-        turns = np.exp(1j * self.flow.Omega * np.multiply.outer(self.start + tau, np.arange(len(F))))
+        turns = np.exp(
+            1j * self.flow.Omega * np.multiply.outer(self.start + tau, np.arange(len(F)))
+        )
         return float(w @ np.sum((turns @ F).real * self.at(tau)[:, self.n :], axis=1))
 
     def fourier(self, orders: int) -> ComplexArray:

@@ -35,6 +35,7 @@ from beltsim.friction import Coulomb
 from beltsim.problem import FrictionProblem
 from beltsim.response import EventLog, Response, figures
 
+
 def periodic(
     problem: FrictionProblem, settings: Settings | None = None, *, guess: Any = None
 ) -> Response:

@@ -140,8 +140,9 @@ def _table(rows: list[_Row | BeltsimError], n: int) -> Survey:
             continue
         rms[i], figures[:, i], multipliers[i] = row.rms, row.figures, row.multipliers
         state[i], locked[i] = row.state, row.locked
+    loss, stick, reversals, stops = figures.copy()
     failed = MappingProxyType(failures)
-    return Survey(rms, *figures.copy(), multipliers, state, locked, failed)
+    return Survey(rms, loss, stick, reversals, stops, multipliers, state, locked, failed)
 
 
 def _chunk(problems: list[FrictionProblem], settings: Settings) -> list[_Row | BeltsimError]:

@@ -11,8 +11,8 @@ from beltsim import Coulomb, FrictionProblem, HarmonicForcing, SaturatedCoulomb,
 from beltsim.errors import NotPeriodicError
 from beltsim.event_map import flows
 from beltsim.event_map.cells import CellFlow
-from beltsim.event_map.flows import flows_of
 from beltsim.event_map.changes import amplitudes
+from beltsim.event_map.flows import flows_of
 from beltsim.event_map.shooting import shoot
 
 

@@ -7,7 +7,6 @@ import pytest
 from support.problems import random_problem, random_state
 
 from beltsim import SaturatedCoulomb
-from beltsim.errors import CoreError
 from beltsim.event_map.changes import amplitudes
 from beltsim.event_map.flows import flows_of
 from beltsim.event_map.shooting import shoot
@@ -60,5 +59,3 @@ def test_rank_is_lost_in_stick():
     assert 0 in walk(problem, found.state, 3.0).integers[:, 1]
     values = np.linalg.svd(derivative_of(problem, found), compute_uv=False)
     assert values[-1] <= 1e-12 * values[0]
-
-
