@@ -39,8 +39,8 @@ from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
 #: Largest condition number of an eigenvalue with which modes are trusted. Near critical damping the
-#: error of event times was measured as 1e-18 T times it, of energies as 2e-18 times its square; belt
-#: drives have 2.4, random problems 10.
+#: error of event times was measured as 1e-18 T times it, of energies as 2e-18 times its square.
+#: Belt drives have 2.4, random problems 10.
 CONDITION_LIMIT = 1e3
 #: Smallest distance of an exponent from 0 and from the forcing's harmonics, over Omega: the forced
 #: part grows with its inverse and is subtracted again.

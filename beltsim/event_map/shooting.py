@@ -42,8 +42,9 @@ class Shooting:
     """Where a search ended: a state (2n,) at t = 0 and what it becomes.
 
     `half`: the search was over half of the orbit's `multiple` forcing periods, and `image` has the
-    opposite sign. `run` is that walk. `derivative` (2n, 2n) is that of the image, in amplitudes of the free flow.
-    `residual` is the largest change of the state over its largest entry, velocities over Omega.
+    opposite sign. `run` is that walk. `derivative` (2n, 2n) is that of the image, in amplitudes of
+    the free flow. `residual` is the largest change of the state over its largest entry, velocities
+    over Omega.
     """
 
     multiple: int

@@ -1,7 +1,7 @@
 r"""Maps of figures: what is wanted of thousands of periodic orbits, without their motion.
 
-`survey` finds the same orbits as `solve_many` and keeps a row of numbers of each. The figures follow
-the definitions of `response.figures`; here they come from mode codes directly, an orbit at a time.
+`survey` finds the same orbits as `solve_many` and keeps a row of numbers of each. The figures have
+the definitions of `response.figures`; here they come from mode codes directly.
 
 Depends on: many, orbit, locked, integrals, shooting, settings, walk, errors, problem.
 """
