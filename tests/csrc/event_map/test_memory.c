@@ -1,0 +1,77 @@
+/* The k-th allocation fails, for every k: a clean status and no leak. Linked
+ * with --wrap. */
+#include "flow.h"
+#include "mass.h"
+#include "notebook.h"
+
+void *__real_calloc(size_t count, size_t size);
+void *__real_realloc(void *old, size_t size);
+void *__wrap_calloc(size_t count, size_t size);
+void *__wrap_realloc(void *old, size_t size);
+
+static long countdown = 0; /* 0: nothing fails */
+
+static int fails_now(void) {
+  return countdown > 0 && --countdown == 0;
+}
+
+void *__wrap_calloc(size_t count, size_t size) {
+  return fails_now() ? NULL : __real_calloc(count, size);
+}
+
+void *__wrap_realloc(void *old, size_t size) {
+  return fails_now() ? NULL : __real_realloc(old, size);
+}
+
+static bm_status walk(mass *it) {
+  static notebook book;
+  notebook_open(&book, ROOM);
+  return bm_propagate(&it->run, 1, 0.0, &book.events);
+}
+
+static bm_status hunt(mass *it) {
+  static double history[50], image[2], derivative[4];
+  static notebook book;
+  notebook_open(&book, ROOM);
+  bm_search search = {1.0, 1.0,     1e-12, 0.0,        0.0, 50, 0,
+                      history, image, derivative, 0,   0,  book.events};
+  return bm_orbit(&it->run, &it->changes, &search);
+}
+
+static bm_status integrate(mass *it) {
+  double zero = 0.0, one = 1.0, x[2] = {0.1, 0.2}, gram[64] = {0.0};
+  bm_stretches all = {1, &zero, &zero, &one, &zero, x, gram};
+  return bm_gram(&it->free, &all);
+}
+
+static void every_allocation_may_fail(bm_status (*work)(mass *), int cells,
+                                      int least) {
+  int failed = 0, k = 1;
+  for (; k < 10000; k++) {
+    mass it = {.c = 0.04, .k = 1.0, .F = 1.0, .Omega = 0.05, .Q_m = 0.1,
+               .Q_s = 0.1};
+    mass_create(&it, cells);
+    countdown = k;
+    bm_status status = work(&it);
+    int reached = countdown == 0;
+    countdown = 0;
+    mass_free(&it);
+    if (!reached) {
+      CHECK(status == BM_OK);
+      break;
+    }
+    /* a Newton step that found no memory is one that led nowhere */
+    CHECK(status == BM_NO_MEMORY || (status == BM_OK && work == hunt));
+    failed += status == BM_NO_MEMORY;
+  }
+  CHECK(failed >= least && k < 10000);
+}
+
+int main(void) {
+  for (int cells = 0; cells < 2; cells++) {
+    every_allocation_may_fail(walk, cells, 3);
+    every_allocation_may_fail(hunt, cells, 10);
+  }
+  every_allocation_may_fail(integrate, 0, 2);
+  return failures != 0;
+}
