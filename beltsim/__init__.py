@@ -28,6 +28,7 @@ _HOME = {
     "load": "beltsim.io",
 }
 _MODULES = (
+    "cross_check",
     "drive",
     "errors",
     "event_map",

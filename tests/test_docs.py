@@ -148,14 +148,16 @@ def test_formulas_survive_rendering(page: Path):
 @pytest.mark.parametrize("page", [*PAGES, *MORE], ids=lambda page: page.name)
 def test_commands_in_prose_can_be_read(page: Path):
     """Commands that are only mentioned: verb and options exist."""
-    from beltsim.cli.arguments import parser
+    from beltsim.cli.arguments import cross_check_parser, parser
     from validation.run import _options
 
     text = blocks.FENCE.sub("", page.read_text())
     mentioned = re.findall(r"`beltsim ((?!--)[^`]+)`", text)
     for command in (each for all_of in mentioned for each in all_of.split(" | ")):
         words = command.split()
-        if words[0] == "validate":
+        if words[0] == "validate" and "--drive" in words:
+            cross_check_parser().parse_args(words[1:])
+        elif words[0] == "validate":
             _options(words[1:])
         else:
             needs_file = words in (["modes"], ["run"], ["hb"], ["events"], ["plot"])

@@ -36,6 +36,7 @@ ALLOWED = {
     "io": ANYTHING,
     "plots": ANYTHING,
     "study": ANYTHING,
+    "cross_check": ANYTHING,
     "report": ANYTHING,
     "cli": ANYTHING,
     "__main__": {"cli"},

@@ -156,8 +156,35 @@ def _init(verbs: argparse._SubParsersAction[_Parser]) -> None:
     verb.add_argument("--force", action="store_true", help="replace a file that is there already")
 
 
+def cross_check_parser() -> argparse.ArgumentParser:
+    """The parser of `beltsim validate --drive FILE`."""
+    verb = _Parser(
+        prog="beltsim validate",
+        description="Compute the steady motion of a drive by every solver, compare them, and put "
+        "each motion back into the equations. Without --drive: compare beltsim with closed forms, "
+        "other solvers and printed numbers (see `beltsim validate --help`).",
+        epilog=_STATUS,
+        allow_abbrev=False,
+    )
+    verb.add_argument("--drive", dest="file", metavar="FILE", required=True, help=_FILE_HELP)
+    _add_point(verb)
+    verb.add_argument(
+        "--tolerance",
+        type=_number,
+        metavar="X",
+        default=5e-3,
+        help="relative error up to which harmonics are added to harmonic balance, by its own "
+        "estimate (default: 0.005)",
+    )
+    return verb
+
+
 def _add_operation(verb: argparse.ArgumentParser) -> None:
     verb.add_argument("file", metavar="FILE", help=_FILE_HELP)
+    _add_point(verb)
+
+
+def _add_point(verb: argparse.ArgumentParser) -> None:
     point = verb.add_argument_group("operating point (default: that of the file)")
     speed = point.add_mutually_exclusive_group()
     speed.add_argument("--rpm", type=_number, metavar="X", help="crank speed, 1/min")

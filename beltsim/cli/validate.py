@@ -1,6 +1,7 @@
-"""`beltsim validate`: the validation harness of the source tree.
+"""`beltsim validate`: the validation harness of the source tree, or the solvers on one drive.
 
-Depends on: errors; `validation.run` of the repository, which is no part of the package.
+Depends on: errors; cli.cross_check; `validation.run` of the repository, which is no part of the
+package.
 """
 
 from __future__ import annotations
@@ -14,13 +15,17 @@ from beltsim.errors import ResultFileError
 
 
 def run(words: Sequence[str]) -> int:
-    """Run the harness with the command-line `words`; the exit status.
+    """Run the harness, or with ``--drive`` the cross-check; the exit status.
 
     Raises
     ------
     ResultFileError
         When there is no source tree to run it from.
     """
+    if any(word == "--drive" or word.startswith("--drive=") for word in words):
+        from beltsim.cli import cross_check  # the solvers: only when asked for
+
+        return cross_check.run(words)
     root = _source_tree()
     if str(root) not in sys.path:
         sys.path.insert(0, str(root))

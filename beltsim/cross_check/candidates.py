@@ -1,0 +1,253 @@
+"""The same problem through every solver, each asked for its steady motion.
+
+Depends on: linear, transient, event_map, harmonic_balance, errors, friction, problem, response;
+cross_check.motion.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from beltsim import event_map, harmonic_balance, transient
+from beltsim.cross_check.motion import Motion, motion_of
+from beltsim.errors import BeltsimError, ConvergenceError, NotPeriodicError, UnsupportedLawError
+from beltsim.friction import Coulomb, SaturatedCoulomb
+from beltsim.problem import FrictionProblem
+from beltsim.response import Response
+
+#: Samples per forcing period of every motion: the residuals' quadrature is then good to 1e-7.
+SAMPLES = 4000
+#: Tolerance of CVODE, and the period residual at which its motion counts as steady.
+RTOL, STEADY = 1e-9, 1e-9
+#: Forcing periods that CVODE runs at a time, and in all.
+STRETCH, MOST_PERIODS = 20, 4000
+#: Longest period that the event map looks for when Q_s > Q_m, in forcing periods.
+MOST_MULTIPLE = 4
+#: Harmonics tried, until the solver's own estimate of its error is small enough.
+HARMONICS = (15, 25, 51, 101, 201)
+#: Width of the saturated law's band over the largest velocity of the joint.
+BAND = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A solver and the motion that it claims to be the steady one.
+
+    Parameters
+    ----------
+    name : str
+    motion : Motion or None
+        None when it gave none; `note` then says why.
+    note : str
+        How it was run.
+    accuracy : float
+        Relative error that it admits for amplitudes and energies, and `reason` where that comes
+        from.
+    ripple : float
+        Share of a forcing period to which it knows an instant; 0: to `accuracy`.
+    seconds : float
+    reason : str
+    """
+
+    name: str
+    motion: Motion | None
+    note: str
+    accuracy: float = 0.0
+    ripple: float = 0.0
+    seconds: float = 0.0
+    reason: str = ""
+
+
+def candidates(
+    problem: FrictionProblem,
+    tolerance: float = 5e-3,
+    progress: Callable[[str], None] | None = None,
+) -> Iterator[Candidate]:
+    """Candidates for the steady motion of `problem`: event map, C core, harmonic balance.
+
+    Parameters
+    ----------
+    problem : FrictionProblem
+        With a joint.
+    tolerance : float
+        Harmonics are added until harmonic balance estimates its relative error as no more than
+        this.
+    progress : callable, optional
+        Called with the name of each solver before it runs.
+    """
+    found: list[Candidate] = []
+    solvers: tuple[tuple[str, Callable[..., Candidate]], ...] = (
+        ("event map", _event_map),
+        ("C core", _transient),
+        ("set-valued balance", _set_valued),
+        ("saturated balance", _saturated),
+    )
+    for name, solver in solvers:
+        if progress is not None:
+            progress(name)
+        start = time.perf_counter()
+        try:
+            one = solver(name, problem, found, tolerance)
+        except BeltsimError as error:
+            one = Candidate(name, None, str(error))
+        found.append(
+            Candidate(**{**vars(one), "seconds": time.perf_counter() - start})  # as it was timed
+        )
+        yield found[-1]
+
+
+def _event_map(
+    name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
+) -> Candidate:
+    del found, tolerance
+    multiple = MOST_MULTIPLE if _static(problem) else 1
+    settings = event_map.Settings(samples_per_period=SAMPLES, max_multiple=multiple, harmonics=0)
+    orbit = event_map.periodic(problem, settings)
+    periods = int(orbit.statistics["multiple"])
+    note = "exact orbit" if periods == 1 else f"exact orbit of {periods} forcing periods"
+    motion = motion_of(orbit, periods)
+    return Candidate(name, motion, note, 1e-9, reason="the map is exact to rounding")
+
+
+def _transient(
+    name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
+) -> Candidate:
+    """From rest, until the state repeats after as many periods as the event map's does."""
+    del tolerance
+    period = next((one.motion.periods for one in found if one.motion is not None), 1)
+    settings = transient.Settings(
+        rtol=RTOL, samples_per_period=SAMPLES, kept_periods=float(period), event_states=True
+    )
+    run, done, state = None, 0, None
+    stretch = period * math.ceil(STRETCH / period)
+    while done < MOST_PERIODS:
+        run = transient.integrate(problem, float(stretch), state, settings)
+        done += stretch
+        state = run.final_state
+        if _change(run, period) <= STEADY:
+            break
+    else:
+        change = _change(run, period)
+        raise NotPeriodicError(f"not steady after {done} periods: still changes by {change:.1g}")
+    method = settings.method_for(problem)
+    note = f"CVODE ({method}), rtol {RTOL:g}, steady after {done} periods from rest"
+    reason = "what is left of the transient, and steps of rtol 1e-9"
+    return Candidate(name, motion_of(run, period), note, 1e-6, reason=reason)
+
+
+def _change(run: Response | None, periods: int) -> float:
+    """Largest change of the state over the last `periods`, over its largest entry."""
+    assert run is not None
+    first = int(np.argmin(np.abs(run.t - (run.t[-1] - periods * run.problem.period))))
+    weight = 1.0 / run.problem.forcing.Omega
+    start = np.concatenate([run.q[first], run.q_dot[first] * weight])
+    end = np.concatenate([run.q[-1], run.q_dot[-1] * weight])
+    size = float(np.abs(end).max())
+    change = float(np.abs(end - start).max())
+    return change / size if size > 0.0 else change
+
+
+def _set_valued(
+    name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
+) -> Candidate:
+    del found
+    law = problem.friction
+    if not isinstance(law, Coulomb):
+        raise UnsupportedLawError("the set-valued method is for Coulomb friction")
+    response, error = _raised(problem.with_friction(Coulomb(law.Q_m)), tolerance)
+    seen = response.statistics
+    note = f"R = {seen['R']}, error estimate {error:.1e}"
+    if _static(problem):
+        if not seen["locked"] and "stick" in response.events.kind:
+            raise UnsupportedLawError(
+                f"needs Q_s = Q_m, here Q_s = {law.Q_s:.4g} > Q_m = {law.Q_m:.4g}: with Q_s = Q_m "
+                "the motion sticks, so it is not that of this law"
+            )
+        note += "; with Q_s = Q_m, which is the same motion as long as it does not stick"
+    return _of_series(name, problem, response, error, note)
+
+
+def _saturated(
+    name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
+) -> Candidate:
+    """The paper's method, in a band that is narrow against the velocities found before."""
+    law: Any = problem.friction
+    sigma, error_of_band = getattr(law, "sigma", 0.0), 0.0
+    if not sigma:
+        joint = problem.joint or 0
+        peaks = [
+            float(np.abs(piece.q_dot[:, joint]).max())
+            for one in found
+            if one.motion is not None
+            for piece in one.motion.pieces
+        ]
+        if not peaks or max(peaks) == 0.0:
+            raise UnsupportedLawError("the saturated law cannot hold a joint that never moves")
+        sigma, error_of_band = BAND * max(peaks), 6.0 * BAND
+        if _static(problem) and any("stick" in one.motion.kinds for one in found if one.motion):
+            raise UnsupportedLawError(
+                f"the saturated law has no static level, here Q_s = {law.Q_s:.4g}, and the motion "
+                "sticks"
+            )
+    saturated = problem.with_friction(SaturatedCoulomb(law.Q_m, sigma))
+    try:
+        response, error = _raised(saturated, tolerance, start="set_valued")
+    except ConvergenceError:
+        response, error = _raised(saturated, tolerance, sigma_ladder=True)
+    note = f"R = {response.statistics['R']}, sigma = {sigma:.3g}, error estimate {error:.1e}"
+    if error_of_band:
+        note += f", and {error_of_band:.0e} for the band"
+    return _of_series(name, problem, response, error + error_of_band, note)
+
+
+def _raised(problem: FrictionProblem, tolerance: float, **settings: Any) -> tuple[Response, float]:
+    """The response with the fewest harmonics that meet the tolerance, and its relative error.
+
+    Where more harmonics do not converge, the last that did.
+    """
+    chosen = harmonic_balance.Settings(samples_per_period=SAMPLES, **settings)
+    least = len(problem.forcing.cos) - 1
+    ladder = [R for R in HARMONICS if least <= R]
+    joint = problem.joint or 0
+    found: tuple[Response, float] | None = None
+    for R in ladder or [least + 1 - least % 2]:
+        try:
+            response = harmonic_balance.solve(problem, R, chosen)
+        except ConvergenceError:
+            if found is None:
+                raise
+            return found
+        size = float(np.std(response.q[:-1, joint]))
+        estimate = response.statistics.get("error_estimate")
+        error = math.inf if estimate is None else estimate / size if size > 0.0 else 0.0
+        found = response, error
+        if error <= tolerance:
+            break
+    assert found is not None
+    return found
+
+
+def _of_series(
+    name: str, problem: FrictionProblem, response: Response, error: float, note: str
+) -> Candidate:
+    """A candidate whose instants are known to a ripple of its highest harmonic."""
+    motion = motion_of(response, exact_events=False)
+    motion = Motion(**{**_fields(motion), "problem": problem})
+    ripple = 1.0 / (int(response.statistics["R"]) + 1)
+    reason = "its own estimate for the joint, and a ripple T/(R + 1) for instants"
+    return Candidate(name, motion, note, error, ripple, reason=reason)
+
+
+def _fields(motion: Motion) -> dict[str, Any]:
+    return {name: getattr(motion, name) for name in motion.__dataclass_fields__}
+
+
+def _static(problem: FrictionProblem) -> bool:
+    law = problem.friction
+    return isinstance(law, Coulomb) and law.Q_s is not None and law.Q_s > law.Q_m
