@@ -21,6 +21,7 @@ _DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 NAMES = {
     "Omega": r"excitation frequency $\Omega$",
     "Q_m": r"friction torque $Q_m$ ($P_0 r_t$)",
+    "share": r"friction torque $Q_m/Q_{cr}$",
     "phase": "time over forcing period",
 }
 _SHORT = {"Omega": r"$\Omega$", "Q_m": "$Q_m$", "epsilon": r"$\varepsilon$"}

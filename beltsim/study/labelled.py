@@ -30,17 +30,20 @@ def labelled(
     drive: Drive,
     problem: FrictionProblem,
     speeds: FloatArray,
-    torques: FloatArray,
+    torques: tuple[FloatArray, bool],
     values: Any,
-    signals: tuple[str, ...],
-    harmonics: int,
+    spectra: tuple[tuple[str, ...], int],
     about: dict[str, Any],
 ) -> Any:
     """The dataset of `values` (no, nq), whose entries are dicts of measures or errors.
 
-    `problem` is any one of the grid: it lends labels and scales.
+    `problem` is any one of the grid: it lends labels and scales. `torques` are (nq,) and whether
+    they are shares of the critical torque; `spectra` are labels and the highest harmonic.
     """
     import xarray
+
+    signals, harmonics = spectra
+    second = "share" if torques[1] else "Q_m"
 
     def gathered(name: str, *shape: int) -> FloatArray:
         found = np.full((*values.shape, *shape), np.nan)
@@ -49,7 +52,7 @@ def labelled(
                 found[place] = one[name]
         return found
 
-    grid, spans = ("Omega", "Q_m"), len(sines_of(problem))
+    grid, spans = ("Omega", second), len(sines_of(problem))
     joint_torque = problem.scales.torque_N_m if problem.scales else 1.0
     energy = _si(problem, joint_torque * _joint_scale(problem), "J")
     variables: dict[str, Any] = {
@@ -79,6 +82,8 @@ def labelled(
             gathered("amplitude", len(signals), harmonics + 1),
             {"long_name": "amplitude of a harmonic", "units": "1"},
         )
+    if second == "share":
+        variables["Q_m"] = (grid, gathered("Q_m"), _torque_text(problem, "Q_m"))
     texts = {"phase_pattern": "modes of a period: + and - slip, 0 stick", "failure": "why"}
     variables["phase_pattern"] = (grid, _texts(values, "phase_pattern"), {})
     variables["failure"] = (grid, _texts(values, None), {})
@@ -86,7 +91,7 @@ def labelled(
         variables[name][2]["long_name"] = text
     coordinates = {
         **axes(drive, problem, speeds),
-        "Q_m": (("Q_m",), torques, {"long_name": "friction torque", **torque_units(problem)}),
+        second: ((second,), torques[0], _torque_text(problem, second)),
         "coordinate": (("coordinate",), np.array(problem.labels, dtype=np.str_), {}),
         "span": (("span",), np.arange(1, spans + 1, dtype=np.int32), {}),
     }
@@ -100,6 +105,12 @@ def labelled(
         coordinates["signal"] = (("signal",), np.array(signals, dtype=np.str_), {})
         coordinates["harmonic"] = (("harmonic",), np.arange(harmonics + 1, dtype=np.int32), {})
     return xarray.Dataset(variables, coordinates, {**attributes(drive), **about})
+
+
+def _torque_text(problem: FrictionProblem, name: str) -> dict[str, Any]:
+    if name == "share":
+        return {"long_name": "friction torque over the critical torque", "units": "1"}
+    return {"long_name": "friction torque", **torque_units(problem)}
 
 
 def axes(drive: Drive, problem: FrictionProblem, speeds: FloatArray) -> dict[str, Any]:

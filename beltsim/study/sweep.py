@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from beltsim import linear
 from beltsim.checks import FloatArray, finite_array
 from beltsim.errors import BeltsimError, InvalidDriveError, InvalidProblemError, Mistake
 from beltsim.model import assemble
@@ -42,6 +43,7 @@ def sweep(
     Q_m: Any,
     method: Method | None = None,
     *,
+    relative: bool = False,
     n_functions: int | Sequence[int] = 16,
     residual_flexibility: bool = True,
     spectra_of: Sequence[str] = (),
@@ -60,6 +62,9 @@ def sweep(
         Kinetic friction torques over P0 r_t; infinity is the locked arm.
     method : EventMap, HarmonicBalance or Transient, optional
         Default: `EventMap()`.
+    relative : bool
+        Whether `Q_m` are shares of the critical torque of each speed; their dimension is then
+        ``share``, and `Q_m` a variable over (Omega, share).
     n_functions, residual_flexibility
         As for `beltsim.assemble`.
     spectra_of : sequence of str
@@ -101,7 +106,8 @@ def sweep(
 
     def solved(piece: _Piece) -> tuple[_Piece, list[Any]]:
         chosen = [float(torques[i]) for i in piece.columns]
-        return piece, _piece(problem_at, piece.Omega, chosen, method, signals, harmonics)
+        at = _Point(piece.Omega, chosen, relative)
+        return piece, _piece(problem_at, at, method, signals, harmonics)
 
     first = _first(problem_at, speeds)
     signals = _indices(first, spectra_of)
@@ -119,7 +125,21 @@ def sweep(
         "n_functions": str(n_functions),
         "residual_flexibility": int(residual_flexibility),
     }
-    return labelled(drive, first, speeds, torques, values, tuple(spectra_of), harmonics, about)
+    signal_axis = (tuple(spectra_of), harmonics)
+    return labelled(drive, first, speeds, (torques, relative), values, signal_axis, about)
+
+
+class _Point(NamedTuple):
+    """A speed and some torques there, or shares of its critical torque."""
+
+    Omega: float
+    values: list[float]
+    relative: bool
+
+    def torques(self, at: FrictionProblem) -> list[float]:
+        """The torques themselves."""
+        unit = linear.critical_torque(at) if self.relative else 1.0
+        return [value * unit for value in self.values]
 
 
 def _grid(Omega: Any, Q_m: Any) -> tuple[FloatArray, FloatArray]:
@@ -169,17 +189,17 @@ def _indices(problem: FrictionProblem, labels: Sequence[str]) -> tuple[int, ...]
 
 def _piece(
     problem_at: Callable[[float], FrictionProblem],
-    speed: float,
-    torques: list[float],
+    point: _Point,
     method: Method,
     signals: tuple[int, ...],
     harmonics: int,
 ) -> list[Any]:
     """Measures of each torque, or the error that prevented them."""
     try:
-        at = problem_at(speed)
+        at = problem_at(point.Omega)
+        torques = point.torques(at)
     except BeltsimError as error:
-        return [error] * len(torques)
+        return [error] * len(point.values)
     moving = [Q for Q in torques if np.isfinite(Q)]
     solved = iter(method.solve([at.with_friction(method.law(Q)) for Q in moving]))
     found: list[Any] = []
@@ -189,10 +209,10 @@ def _piece(
             if np.isfinite(Q):
                 one = next(solved)
                 if isinstance(one, Response):
-                    one = measured(one, method, signals, harmonics)
+                    one = {"Q_m": Q} | measured(one, method, signals, harmonics)
                 found.append(one)
             else:
-                found.append(measured_locked(at, signals, harmonics))
+                found.append({"Q_m": Q} | measured_locked(at, signals, harmonics))
         except BeltsimError as error:
             found.append(error)
     return found

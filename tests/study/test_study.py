@@ -94,6 +94,14 @@ def test_a_point_that_fails_keeps_its_reason():
     assert np.isfinite(found.rms.values[0]).all()
 
 
+def test_shares_of_the_critical_torque():
+    found = study.sweep(DRIVE, SPEEDS, [0.5, 1.0001], relative=True, **SMALL)
+    limits = study.critical_torques(DRIVE, SPEEDS, **SMALL).Q_cr
+    np.testing.assert_allclose(found.Q_m.sel(share=0.5), 0.5 * limits, rtol=1e-12)
+    assert found.stick_fraction.sel(share=1.0001).values.tolist() == [1.0, 1.0]
+    assert (found.stick_fraction.sel(share=0.5) < 1.0).all()
+
+
 def test_progress_reaches_one():
     shares = []
     study.sweep(DRIVE, SPEEDS, [0.5], progress=shares.append, **SMALL)
