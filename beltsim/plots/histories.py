@@ -22,7 +22,7 @@ def arm_histories(data: Any, title: str | None = None, torque_of: int = 0) -> Fi
     Parameters
     ----------
     data : xarray.Dataset
-        Of `study.histories`, or several of them `combined` along ``"method"``.
+        Of `study.histories`, or several of them `combined` along ``"solver"``.
     title : str, optional
     torque_of : int
         Which method's friction torque is drawn.
@@ -31,8 +31,8 @@ def arm_histories(data: Any, title: str | None = None, torque_of: int = 0) -> Fi
     -------
     matplotlib.figure.Figure
     """
-    several = "method" in data.dims
-    names = data.method.values.tolist() if several else [""]
+    several = "solver" in data.dims
+    names = data.solver.values.tolist() if several else [""]
     count = data.sizes["Q_m"]
     figure = new_figure(7.8, 1.0 + 2.1 * count)
     column = figure.subplots(count, 1, sharex=True, squeeze=False)[:, 0]
@@ -41,11 +41,11 @@ def arm_histories(data: Any, title: str | None = None, torque_of: int = 0) -> Fi
         right = axes.twinx()
         right.spines["top"].set_visible(False)
         row = data.isel(Q_m=i)
-        chosen = row.isel(method=torque_of) if several else row
+        chosen = row.isel(solver=torque_of) if several else row
         right.plot(data.phase, chosen.friction_torque, color=GREY, linewidth=1.0)
         right.set_ylabel("friction torque\n($P_0 r_t$)", color=GREY)
         for j, name in enumerate(names):
-            one = row.isel(method=j) if several else row
+            one = row.isel(solver=j) if several else row
             if not np.isnan(one.velocity.values).all():
                 axes.plot(data.phase, one.velocity, color=CYCLE[j % len(CYCLE)], label=name)
         axes.axhline(0.0, color=INK, linewidth=0.6)

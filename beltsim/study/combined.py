@@ -20,7 +20,7 @@ def combined(parts: Mapping[Any, Any], dimension: str) -> Any:
         A dataset for each value of the dimension. Coordinates must be the same but for
         `coordinate`, of which those that all parts have are kept.
     dimension : str
-        Such as ``"method"`` or ``"R"``.
+        Such as ``"solver"`` or ``"R"``.
 
     Returns
     -------
@@ -35,9 +35,9 @@ def combined(parts: Mapping[Any, Any], dimension: str) -> Any:
     >>> drive = beltsim.presets.zhu_parker_2008()
     >>> methods = {"exact": EventMap(), "R = 9": HarmonicBalance(9)}
     >>> both = {name: sweep(drive, [6.3], [3.5], m, n_functions=6) for name, m in methods.items()}
-    >>> found = combined(both, "method")
-    >>> found.stick_fraction.dims, found.method.values.tolist()
-    (('method', 'Omega', 'Q_m'), ['exact', 'R = 9'])
+    >>> found = combined(both, "solver")
+    >>> found.stick_fraction.dims, found.solver.values.tolist()
+    (('solver', 'Omega', 'Q_m'), ['exact', 'R = 9'])
     """
     import xarray
 
@@ -52,7 +52,7 @@ def combined(parts: Mapping[Any, Any], dimension: str) -> Any:
     same = {k: v for k, v in sets[0].attrs.items() if all(one.attrs.get(k) == v for one in sets)}
     differing = sorted({key for one in sets for key in one.attrs} - set(same))
     joined = xarray.concat(
-        [one.drop_attrs(deep=False) for one in sets],
+        [_bare(one) for one in sets],
         xarray.DataArray(np.array(names), dims=[dimension], name=dimension),
         join="exact",
         data_vars="all",
@@ -63,3 +63,10 @@ def combined(parts: Mapping[Any, Any], dimension: str) -> Any:
         values = [str(one.attrs.get(key, "")) for one in sets]
         joined[key] = (dimension, np.array(values, dtype=np.str_))
     return joined.assign_attrs(same)
+
+
+def _bare(data: Any) -> Any:
+    """A copy without global attributes."""
+    copy = data.copy()
+    copy.attrs = {}
+    return copy

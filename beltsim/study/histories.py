@@ -94,7 +94,7 @@ def histories(
             {"long_name": "time over period"},
         ),
     }
-    about = {"Omega": float(Omega), "period": at.period, "solver": repr(method)}
+    about = {"Omega": float(Omega), "period": at.period, "method": repr(method)}
     about |= {"n_functions": str(n_functions), "residual_flexibility": int(residual_flexibility)}
     return xarray.Dataset(variables, coordinates, {**attributes(drive), **about})
 

@@ -121,7 +121,7 @@ def sweep(
             if progress is not None:
                 progress(done / values.size)
     about = {
-        "solver": repr(method),
+        "method": repr(method),
         "n_functions": str(n_functions),
         "residual_flexibility": int(residual_flexibility),
     }

@@ -71,7 +71,7 @@ def test_histories_show_each_method(tmp_path):
         name: study.histories(DRIVE, 6.3, [3.5, 6.1], method, samples=50, n_functions=3)
         for name, method in {"exact": study.EventMap(), "R = 9": study.HarmonicBalance(9)}.items()
     }
-    figure = plots.arm_histories(study.combined(parts, "method"))
+    figure = plots.arm_histories(study.combined(parts, "solver"))
     curves = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == 51]
     assert len(curves) == 2
     np.testing.assert_array_equal(curves[1].get_ydata(), parts["R = 9"].velocity[0])
