@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltsim.plots.curves import NAMES
-from beltsim.plots.style import INK, new_figure, plain_axes
+from beltsim.plots.style import new_figure, plain_axes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,12 +25,12 @@ def grid_map(
     y: str,
     label: str,
     *,
-    lines: Any = None,
+    columns: int = 3,
     first: int = 0,
     title: str | None = None,
     y_label: str | None = None,
 ) -> Figure:
-    """Whole numbers over `x` and `y`, one panel for each entry of `panels`, side by side.
+    """Whole numbers over `x` and `y`, one panel for each entry of `panels`.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ def grid_map(
         numbers of harmonics) is drawn evenly spaced.
     label : str
         Of the colour bar.
-    lines : dict, optional
-        Panel title to a data array over `x`, drawn as a line, such as Q_cr.
+    columns : int
+        Panels side by side; more of them go below.
     first : int
         The number of the first colour; smaller ones share it, as larger ones share the last.
     title, y_label : str, optional
@@ -65,9 +65,12 @@ def grid_map(
 
     edges = np.arange(first - 0.5, first + len(_STEPS) + 0.5)
     norm, colours = BoundaryNorm(edges, len(_STEPS)), ListedColormap(list(_STEPS))
-    figure = new_figure(1.6 + 4.2 * len(panels), 4.4)
-    row = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    for axes, (name, data) in zip(row, panels.items(), strict=True):
+    across_count = min(columns, len(panels))
+    down = -(-len(panels) // across_count)
+    figure = new_figure(1.6 + 4.0 * across_count, 0.9 + 3.3 * down)
+    table = figure.subplots(down, across_count, sharex=True, sharey=True, squeeze=False)
+    row = table.ravel()
+    for axes, (name, data) in zip(row, panels.items(), strict=False):
         plain_axes(axes)
         axes.grid(False)
         values = data.transpose(y, x).values.astype(float)
@@ -82,12 +85,14 @@ def grid_map(
             )
         _even_ticks(axes.set_xticks, data[x].values)
         _even_ticks(axes.set_yticks, data[y].values)
-        if lines is not None and name in lines:
-            axes.plot(lines[name][x], lines[name].values, color=INK, linewidth=1.2)
         axes.set_ylim(up[0], up[-1])
-        axes.set_xlabel(NAMES.get(x, x))
         axes.set_title(name, loc="left", fontsize=10)
-    row[0].set_ylabel(y_label or NAMES.get(y, y))
+    for axes in table[:, 0]:
+        axes.set_ylabel(y_label or NAMES.get(y, y))
+    for axes in table[-1]:
+        axes.set_xlabel(NAMES.get(x, x))
+    for axes in row[len(panels) :]:
+        axes.set_visible(False)
     bar = figure.colorbar(drawn, ax=list(row), label=label, shrink=0.9)
     numbers = np.arange(first, first + len(_STEPS))
     words = [*(str(k) for k in numbers[:-1]), f"{numbers[-1]} or more"]
@@ -100,7 +105,7 @@ def grid_map(
 def _uneven(values: Any) -> bool:
     """Whether steps grow so much that equal cells are easier to read."""
     steps = np.diff(values)
-    return len(values) > 2 and float(steps.max()) > 5.0 * float(steps.min())
+    return len(values) > 2 and float(steps.max()) > 8.0 * float(steps.min())
 
 
 def _edges(values: Any) -> Any:
