@@ -92,7 +92,9 @@ def curves(
             axes.set_yscale("log")
     first = next(iter(panels.values()))
     column[-1].set_xlabel(NAMES.get(x, x))
-    column[-1].set_xlim(*(limits or (float(first[x].min()), _finite_end(first[x].values))))
+    low, high = limits or (float(first[x].min()), _finite_end(first[x].values))
+    if low < high:
+        column[-1].set_xlim(low, high)
     _second_scale(column[0], first, x)
     if title:
         figure.suptitle(plain(title) if "$" not in title else title, fontsize=12)

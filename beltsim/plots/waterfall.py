@@ -60,7 +60,8 @@ def waterfall(panels: dict[str, Any], label: str, title: str | None = None) -> F
         collection = Line3DCollection(stems, colors=BLUE, linewidths=0.8)
         axes.add_collection3d(collection)
         axes.set_xlim(0.0, float(speeds.max() * orders.max()))
-        axes.set_ylim(float(speeds.min()), float(speeds.max()))
+        if len(speeds) > 1:
+            axes.set_ylim(float(speeds.min()), float(speeds.max()))
         axes.set_zlim(0.0, top)
         axes.set_xlabel(r"frequency of the harmonic, $k\Omega$")
         axes.set_ylabel(NAMES["Omega"])

@@ -32,7 +32,10 @@ def fig08() -> Any:
     for axes in (upper, lower):
         plain_axes(axes)
     for i, R in enumerate((9, 11, 13)):
-        one, style = chosen.sel(R=R), {"color": CYCLE[i], "linewidth": 1.0, "marker": ".", "markersize": 3}
+        one, style = (
+            chosen.sel(R=R),
+            {"color": CYCLE[i], "linewidth": 1.0, "marker": ".", "markersize": 3},
+        )
         upper.plot(one.Q_m, one.dissipated_energy, label=f"series, R = {R}", **style)
         lower.plot(one.Q_m, one.reversals_of_series + 0.04 * (i - 1), **style)
     upper.plot(exact.Q_m, exact.dissipated_energy, color=INK, linewidth=1.8, label="exact")
@@ -97,6 +100,8 @@ def sticking() -> Any:
             axes.axhline(0.0, color=GREY, linewidth=0.6)
             for i, name in enumerate(names):
                 one = here.sel(solver=name)
+                if one.velocity.isnull().all():  # did not converge
+                    continue
                 style = ("-", (0, (4, 3)), (0, (1, 2)), "-")[i % 4 if title == "in time" else 0]
                 label = name.replace("set-valued, ", "").replace("paper's method, ", "")
                 axes.plot(one.phase, one.velocity, CYCLE[i], linestyle=style, label=label, lw=1.2)
