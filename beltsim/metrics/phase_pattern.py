@@ -14,12 +14,12 @@ _SIGNS = {"stick": "0", "slip+": "+", "slip-": "-"}
 
 
 def phase_pattern(orbit: Response) -> str:
-    """Modes of one period in order, such as ``+0-0``; ``0`` is stick.
+    """Modes of the last period in order, such as ``+0-0``; ``0`` is stick.
 
     Parameters
     ----------
     orbit : Response
-        Periodic: its events are those of one period.
+        One period of an orbit, or a run, whose window counts.
 
     Examples
     --------
@@ -29,5 +29,11 @@ def phase_pattern(orbit: Response) -> str:
     >>> phase_pattern(event_map.periodic(one))
     '0-0+'
     """
-    first = orbit.initial_mode or "stick"
-    return "".join(_SIGNS[mode] for mode in orbit.events.modes_after(first)) or _SIGNS[first]
+    start, end = orbit.window
+    mode, found = orbit.initial_mode or "stick", ""
+    for t, after in zip(orbit.events.t, orbit.events.modes_after(mode), strict=True):
+        if t >= end:
+            break
+        mode = after
+        found += _SIGNS[mode] if t >= start else ""
+    return found or _SIGNS[mode]

@@ -62,7 +62,7 @@ def arm_histories(data: Any, title: str | None = None, torque_of: int = 0) -> Fi
         handles = [Line2D([], [], color=CYCLE[j % len(CYCLE)]) for j in range(len(names))]
         words = [*names, f"friction torque, {names[torque_of]}"]
         handles.append(Line2D([], [], color=GREY))
-        figure.legend(handles, words, loc="outside lower center", ncols=3, frameon=False)
+        figure.legend(handles, words, loc="outside lower center", ncols=2, frameon=False)
     return figure
 
 

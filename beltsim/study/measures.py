@@ -55,7 +55,7 @@ def measured(response: Response, method: Method, signals: tuple[int, ...], harmo
         "reversals_of_series": _series_reversals(response, method),
         "phases_per_period": _phases(response) / multiple,
         "period_multiple": multiple,
-        "phase_pattern": phase_pattern(response) if response.periodic else "",
+        "phase_pattern": phase_pattern(response),
         "amplitude": _amplitudes(c, signals, harmonics),
     }
 

@@ -79,6 +79,7 @@ def test_every_method_agrees_with_the_exact_one(method, grid):
     assert not str(found.failure.values[0, 0])
     exact = grid.sel(Omega=[6.3], Q_m=[3.5])
     np.testing.assert_allclose(found.dissipated_energy, exact.dissipated_energy, rtol=0.01)
+    assert sorted(str(found.phase_pattern.values[0, 0])) == ["+", "-", "0", "0"] or method.sigma
     gap = np.abs(found.rms - exact.rms).max() / exact.rms.max()
     assert float(gap) < 0.01
     assert np.isnan(found.reversals_of_series).all() != isinstance(method, study.HarmonicBalance)

@@ -46,7 +46,7 @@ TORQUES = np.unique([*np.arange(0.5, 12.01, 0.5), *NAMED])
 FINE = np.round(np.arange(0.05, 12.001, 0.05), 2)
 #: Torques over the critical torque, for the other speeds and for maps.
 SHARES = np.round(np.arange(0.1, 1.001, 0.1), 1)
-MAP_SHARES = np.round(np.arange(0.05, 1.001, 0.05), 2)
+MAP_SHARES = np.round(np.arange(0.05, 0.951, 0.05), 2)
 BANDS = (1e-3, 1e-4, 1e-5, 1e-6)
 TIME_BANDS = (*BANDS, 1e-7)
 ORDERS = (5, 7, 9, 11, 13, 15, 21, 31, 51, 101, 201, 401)
@@ -204,7 +204,8 @@ def maps(progress: Progress = None) -> Any:
         name: sweep(MAP_SPEEDS, MAP_SHARES, method, progress, relative=True, **options)
         for name, (options, method) in MAPS.items()
     }
-    return study.combined(found, "case")
+    both = study.combined(found, "case").drop_vars(["stick_fraction", "stops_per_period"])
+    return both.assign({k: both[k].astype("float32") for k in ("dissipated_energy", "Q_m")})
 
 
 PARTS: dict[str, Callable[[Progress], Any]] = {

@@ -127,9 +127,10 @@ def _rest(here: Any) -> tuple[float, float]:
 
 
 def _phases(names: dict[str, str], title: str) -> Any:
-    found = load("maps")
-    panels = {word: (found.phases_per_period / 2.0).sel(case=name) for name, word in names.items()}
-    label = "phases per half period (1: slips; 2: slips and sticks once)"
+    phases = load("maps").phases_per_period
+    halves = phases.where(phases != 1.0, 0.0) / 2.0  # an arm at rest has no phases to speak of
+    panels = {word: halves.sel(case=name) for name, word in names.items()}
+    label = "phases per half period"
     return plots.grid_map(panels, "Omega", "share", label, first=0, title=title)
 
 
