@@ -93,11 +93,13 @@ class EventLog:
 
     def modes_after(self, initial_mode: str) -> list[str]:
         """Mode of the joint after each event, for a run that starts in `initial_mode`."""
-        modes = []
+        modes: list[str] = []
         mode = initial_mode
-        for kind in self.kind:
-            other = "slip-" if mode == "slip+" else "slip+"
-            mode = other if kind == "reverse" else str(kind)
+        for kind in self.kind.tolist():
+            if kind == "reverse":
+                mode = "slip-" if mode == "slip+" else "slip+"
+            else:
+                mode = kind
             modes.append(mode)
         return modes
 
@@ -281,13 +283,21 @@ def phases(
 
     An event exactly at `start` belongs to the phases after it, one at `end` ends the last.
     """
+    modes, times, places = _cut(events, initial_mode, start, end, positions)
+    for i, mode in enumerate(modes):
+        yield Phase(mode, times[i], times[i + 1], places[i], places[i + 1])
+
+
+def _cut(
+    events: EventLog, initial_mode: str, start: float, end: float, positions: tuple[float, float]
+) -> tuple[list[str], list[float], list[float]]:
+    """Modes of the phases between two times, and times and places of their edges, one more."""
     first = int(np.searchsorted(events.t, start, side="right"))
     last = int(np.searchsorted(events.t, end, side="left"))
     modes = [initial_mode, *events.modes_after(initial_mode)]
     times = [start, *events.t[first:last].tolist(), end]
     places = [positions[0], *events.position[first:last].tolist(), positions[1]]
-    for i, mode in enumerate(modes[first : last + 1]):
-        yield Phase(mode, times[i], times[i + 1], places[i], places[i + 1])
+    return modes[first : last + 1], times, places
 
 
 def sign_changes(
@@ -301,7 +311,7 @@ def sign_changes(
     count, direction = 0, MODE_SIGNS[initial_mode]
     if cyclic and not direction:
         direction = next((MODE_SIGNS[mode] for mode in reversed(modes) if MODE_SIGNS[mode]), 0)
-    for t, mode in zip(events.t, modes, strict=True):
+    for t, mode in zip(events.t.tolist(), modes, strict=True):
         sign = MODE_SIGNS[mode]
         if sign and direction and sign != direction and start < t <= end:
             count += 1
@@ -313,8 +323,9 @@ def friction_travel(
     events: EventLog, initial_mode: str, start: float, end: float, positions: tuple[float, float]
 ) -> float:
     """Distance the joint slipped between `start` and `end`, from event positions."""
-    found = phases(events, initial_mode, start, end, positions)
-    return sum(abs(p.end_position - p.start_position) for p in found if p.mode != "stick")
+    modes, _, places = _cut(events, initial_mode, start, end, positions)
+    ways = zip(modes, places[:-1], places[1:], strict=True)
+    return sum(abs(after - before) for mode, before, after in ways if mode != "stick")
 
 
 def figures(

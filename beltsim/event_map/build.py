@@ -10,12 +10,11 @@ import numpy as np
 from beltsim.checks import FloatArray
 from beltsim.event_map.flows import flows_of
 from beltsim.event_map.integrals import Integrals
-from beltsim.event_map.series import AnyPiece, pieces
+from beltsim.event_map.series import AnyPiece
 from beltsim.event_map.walk import (
     KIND,
     KINDS,
     MARGIN,
-    MODES,
     MULTIPLE,
     STATE,
     TORQUE_AFTER,
@@ -97,8 +96,13 @@ def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
     )
 
 
-def near_grazing(problem: FrictionProblem, run: Walk, peak_velocity: float) -> NearGrazing:
-    """Extrema that came close to an event without being one."""
+def near_grazing(problem: FrictionProblem, run: Walk, mean_square: float) -> NearGrazing:
+    """Extrema that came close to an event without being one.
+
+    `mean_square` is of the joint's velocity, whose largest value is taken as that of a harmonic
+    motion.
+    """
+    peak_velocity = np.sqrt(2.0 * max(mean_square, 0.0))
     law = problem.friction
     assert law is not None
     modes = run.modes()[:-1]
@@ -137,13 +141,3 @@ def window_of(
         viscous_loss=often * found.loss,
         friction_loss=often * found.rubbed if rubs else None,
     )
-
-
-def response_parts(problem: FrictionProblem, run: Walk, start: float) -> list[AnyPiece]:
-    """Pieces of `run` from `start` to its end."""
-    return list(pieces(problem, run, start, run.end))
-
-
-def mode_name(mode: int) -> str:
-    """Name of a mode's code."""
-    return MODES[mode]

@@ -31,13 +31,15 @@ from beltsim.problem import FrictionProblem
 
 @dataclass(frozen=True, eq=False)
 class Integrals:
-    """Over a stretch of time: `squares` (n,) of q, the forcing's work, viscous loss and friction's.
+    """Over a stretch of time: `squares` (n,) of q, `speed` the square of the joint's velocity, the
+    forcing's work, the viscous loss and the friction's.
 
     The friction loss is given for the saturated law only; for the others it follows from the
     joint's travel.
     """
 
     squares: FloatArray
+    speed: float
     work: float
     loss: float
     rubbed: float
@@ -63,7 +65,7 @@ def integrals(problem: FrictionProblem, run: Walk, start: float, end: float) -> 
     first = np.maximum(start - begins, 0.0)
     last = np.minimum(np.append(begins[1:], run.end), end) - begins
     inside = last > first
-    squares, energy, rubbed = np.zeros(n), np.zeros(2), 0.0
+    squares, energy, speed, rubbed = np.zeros(n), np.zeros(2), 0.0, 0.0
     for flow, chosen in ((flows_of(problem).free, modes != 0), (inner_flow(problem), modes == 0)):
         at = np.flatnonzero(inside & chosen)
         if not len(at):
@@ -76,19 +78,22 @@ def integrals(problem: FrictionProblem, run: Walk, start: float, end: float) -> 
                 assert isinstance(piece, NodePiece)
                 if first[i] > 0.0:
                     piece = piece.cut(float(begins[i] + first[i]), float(begins[i] + last[i]))
-                squares += piece.squares(n)
+                squares += piece.squares(slice(0, n))
+                speed += float(piece.squares(n + (problem.joint or 0)))
                 energy += (piece.work(problem.forcing.coefficients), piece.quadratic(problem.C, n))
                 rubbed += piece.rubbing(n + (problem.joint or 0))
             continue
         rows = _rows(problem, flow)
         gram = _gram(problem, flow, run, at, (first[at], last[at]), modes[at], states[at])
-        squares += np.einsum("ij,ij->i", rows.q @ gram, rows.q)
+        squares += ((rows.q @ gram) * rows.q).sum(axis=1)
         energy += rows.energy @ gram.ravel()
+        moved = gram @ rows.speed
+        fast = float(rows.speed @ moved)
+        speed += fast
         if isinstance(law, SaturatedCoulomb):
-            moved = gram @ rows.speed
-            slipped, slope = float(moved[len(gram) // 2 - 1]), law.Q_m / law.sigma
-            rubbed += slipped if modes[at[0]] else slope * float(rows.speed @ moved)
-    return Integrals(squares, float(energy[0]), float(energy[1]), rubbed)
+            slipped = float(moved[len(gram) // 2 - 1])  # with the load, the constant torque
+            rubbed += slipped if modes[at[0]] else law.Q_m / law.sigma * fast
+    return Integrals(squares, speed, float(energy[0]), float(energy[1]), rubbed)
 
 
 def _gram(

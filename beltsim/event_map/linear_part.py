@@ -47,8 +47,8 @@ class LinearPart:
         spin = 1j * self.Omega * np.arange(len(self.D))
         turns = np.exp(np.multiply.outer(t, spin))
         value = x @ self.row + (turns @ self.D).real + self.d_c * c
-        x_dot = x @ self.A.T + (turns @ self.force).real + np.multiply.outer(c, self.load)
-        rate = x_dot @ self.row + ((turns * spin) @ self.D).real
+        rate = x @ (self.row @ self.A) + (self.row @ self.load) * c
+        rate += (turns @ (self.force @ self.row + spin * self.D)).real
         return value, rate
 
     def signal(self, t: float, c: float, x: FloatArray) -> float:

@@ -9,6 +9,7 @@ Depends on: cells, checks.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -93,11 +94,10 @@ class NodePiece:
         x = self.at(tau)
         return float(w @ (self._torque(tau, x) * x[:, row]))
 
-    def squares(self, n: int) -> FloatArray:
-        """Integral (n,) of the square of each of the first n components of the state."""
+    def squares(self, rows: slice | int) -> Any:
+        """Integral of the square of each of these components of the state."""
         tau, w = self._nodes()
-        found: FloatArray = w @ self.at(tau)[:, :n] ** 2
-        return found
+        return w @ self.at(tau)[:, rows] ** 2
 
     def work(self, F: ComplexArray) -> float:
         """Work of the forcing, `F` (H + 1, n) its coefficients."""

@@ -159,7 +159,7 @@ def orbit_of(
     steps = max(1, round(run.end / problem.period * settings.samples_per_period))
     t = np.linspace(0.0, run.end, steps + 1)
     q, q_dot, torque = build.sampled_orbit(found, problem.n, t, half)
-    speed = float(np.abs(q_dot[:, problem.joint or 0]).max())
+    speed = covered.speed / (run.end if half is None else half)
     mode = MODES[run.initial_mode]
     return Response(
         problem=problem,

@@ -1,6 +1,6 @@
 """Exact transients.
 
-Depends on: build, integrals, settings, walk, response, problem.
+Depends on: build, integrals, series, settings, walk, response, problem.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from beltsim.checks import finite_array, real_number
 from beltsim.errors import InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.event_map import build
 from beltsim.event_map.integrals import integrals
+from beltsim.event_map.series import pieces
 from beltsim.event_map.settings import Settings
 from beltsim.event_map.walk import MODES, walk
 from beltsim.friction import Coulomb
@@ -102,26 +103,23 @@ def transient_response(problem: FrictionProblem, run: Any, settings: Settings) -
     period, n, law = problem.period, problem.n, problem.friction
     assert law is not None
     start = max(0.0, run.end - period)
-    last = build.response_parts(problem, run, start)
     found = integrals(problem, run, start, run.end)
-    window = build.window_of(
-        problem, found, (start, run.end), (last[0].at(np.zeros(1))[0], run.final_state)
-    )
+    first_state = next(pieces(problem, run, start, run.end)).at(np.zeros(1))[0]
+    window = build.window_of(problem, found, (start, run.end), (first_state, run.final_state))
     events = build.event_log(problem, run)
     mode = MODES[run.initial_mode]
     figure = figures(problem, events, mode, window)
     first = {"last_period": start, "all": 0.0, "events": run.end}[settings.keep]
     steps = max(1, round((run.end - first) / period * settings.samples_per_period))
     t = np.linspace(first, run.end, steps + 1) if settings.keep != "events" else np.zeros(0)
-    shown = last if first >= start else build.response_parts(problem, run, first)
+    shown = list(pieces(problem, run, first, run.end)) if len(t) else []
     q, q_dot, torque = build.sampled(shown, n, t)
     joint = problem.joint or 0
     ends = (float(run.initial_state[joint]), float(run.final_state[joint]))
     total: float | None = None  # the saturated law's loss does not follow from positions
     if isinstance(law, Coulomb):
         total = law.Q_m * friction_travel(events, mode, 0.0, run.end, ends)
-    speed = float(np.abs(q_dot[:, joint]).max(initial=0.0))
-    touches = build.near_grazing(problem, run, speed)
+    touches = build.near_grazing(problem, run, found.speed / (run.end - start))
     residual = figure.period_residual
     return Response(
         problem=problem,

@@ -48,9 +48,11 @@ class Walk:
 
     def modes(self) -> NDArray[np.int64]:
         """Mode of each phase: one more than there are events."""
-        modes = [self.initial_mode]
-        for kind in self.integers[:, KIND]:
-            modes.append((0, -modes[-1], 1, -1)[kind])
+        mode = self.initial_mode
+        modes = [mode]
+        for kind in self.integers[:, KIND].tolist():
+            mode = (0, -mode, 1, -1)[kind]
+            modes.append(mode)
         return np.array(modes)
 
     def states(self) -> FloatArray:

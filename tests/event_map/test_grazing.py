@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from support.exact import exact_transient
 from support.grazing import OFFSETS, PERIODS, stored_cases
 
@@ -47,3 +48,14 @@ def test_far_from_grazing_there_are_no_marks():
         assert exact.min_margin > 1e-6
         assert not marked(run)
         assert np.isfinite(run.events.margin).all()
+
+
+@pytest.mark.parametrize("settings", [{"keep": "events"}, {"samples_per_period": 1}])
+def test_marks_do_not_depend_on_what_is_kept(settings):
+    for case in stored_cases(12):
+        for offset in (1e-10, -1e-10):
+            problem = case.at(offset)
+            wanted = event_map.propagate(problem, PERIODS)
+            found = event_map.propagate(problem, PERIODS, settings=event_map.Settings(**settings))
+            assert np.array_equal(found.near_grazing.t, wanted.near_grazing.t), (case.seed, offset)
+            assert found.events.quality.tolist() == wanted.events.quality.tolist()
