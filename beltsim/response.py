@@ -96,10 +96,8 @@ class EventLog:
         modes: list[str] = []
         mode = initial_mode
         for kind in self.kind.tolist():
-            if kind == "reverse":
-                mode = "slip-" if mode == "slip+" else "slip+"
-            else:
-                mode = kind
+            other = "slip-" if mode == "slip+" else "slip+"
+            mode = other if kind == "reverse" else kind
             modes.append(mode)
         return modes
 

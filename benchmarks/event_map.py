@@ -5,9 +5,9 @@
 Transients start from rest: the paper's drive with 8 sine functions per span (n = 27) at four
 operating points, then random gyroscopic systems of n = 54, 108, 216 whose spectrum widens with n.
 The event map is timed through `event_map.propagate` with set-up (matrices to `Response`) and with
-the modes at hand. Its peers are those of benchmarks/transient.py, each with its set-up: scikit-sundae
-(CVODE Adams, rtol 1e-8, kernels by numba, a new solver object per segment) and scipy's DOP853 at
-rtol 1e-5. Errors are taken against tests/support/exact.py:
+the modes at hand. Its peers are those of benchmarks/transient.py, each with its set-up:
+scikit-sundae (CVODE Adams, rtol 1e-8, kernels by numba, a new solver object per segment) and
+scipy's DOP853 at rtol 1e-5. Errors are taken against tests/support/exact.py:
 
 * errx: largest error of the end state over its largest entry,
 * errt: largest error of an event time, over the period; nan where the sequence differs.
@@ -209,7 +209,10 @@ def maps(points: int, repeats: int) -> None:
                 spent = time.perf_counter() - start
                 rows.append((spent, made, time.process_time() - busy, failures))
             spent, made, busy, failures = min(rows)
-            print(f"| {name} | {workers} | {spent:.2f} | {made:.2f} | {busy:.2f} | {failures} |")
+            print(
+                f"| {name} | {workers} | {spent:.2f} | {made:.2f} | {busy:.2f} | {failures} |",
+                flush=True,
+            )
             if workers == 1:
                 alone[name] = spent - made
             else:

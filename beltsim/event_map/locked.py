@@ -110,6 +110,8 @@ def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
     """Least and greatest value of Re sum_k c_k exp(i k x), from the roots of its derivative."""
     if len(c) == 1 or not np.any(c[1:]):
         return float(c[0].real), float(c[0].real)
+    if len(c) == 2:
+        return float(c[0].real - abs(c[1])), float(c[0].real + abs(c[1]))
     slope = 1j * np.arange(len(c)) * c
     # z^H times the derivative is a polynomial in z = exp(i x) whose unit roots are the extrema
     polynomial = np.concatenate([slope[:0:-1], [0.0], slope[1:].conj()])
