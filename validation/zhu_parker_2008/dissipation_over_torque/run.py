@@ -13,9 +13,7 @@ GRID = np.arange(5.0, 9.0001, 0.05)
 def compute() -> list[tuple[str, float, float]]:
     grid = [problem(float(Omega)) for Omega in GRID]
     problems = [each.with_friction(Coulomb(Q)) for each in grid for Q in TORQUES]
-    settings = event_map.Settings(samples_per_period=1, harmonics=0)
-    orbits = event_map.solve_many(problems, settings)
-    energy = np.array([orbit.dissipated_energy for orbit in orbits]).reshape(len(GRID), 4)
+    energy = event_map.survey(problems).dissipated_energy.reshape(len(GRID), 4)
     more = np.flatnonzero(energy[:, 2:].min(axis=1) > energy[:, :2].max(axis=1))
     expected = printed(__file__)
     return [
