@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
+#: A logarithmic axis begins at this share of its largest value: what is less is mostly rounding.
+LOG_SHARE = 1e-5
 #: How axes and legends call a dimension.
 NAMES = {
     "Omega": r"excitation frequency $\Omega$",
@@ -90,6 +92,7 @@ def curves(
         axes.set_ylabel(name)
         if log:
             axes.set_yscale("log")
+            axes.set_ylim(bottom=LOG_SHARE * float(np.nanmax(np.abs(data.values))))
     first = next(iter(panels.values()))
     column[-1].set_xlabel(NAMES.get(x, x))
     low, high = limits or (float(first[x].min()), _finite_end(first[x].values))
@@ -152,8 +155,12 @@ def _legend(figure: Figure, data: Any, lines: str | None, styles: str | None) ->
         dash = _DASHES[j % len(_DASHES)]
         handles.append(Line2D([], [], color=INK, linestyle=dash, label=_said(styles, value)))
     if len(handles) > 1:
+        columns = 3 if max(len(str(handle.get_label())) for handle in handles) > 20 else 5
         figure.legend(
-            handles=handles, loc="outside lower center", ncols=min(4, len(handles)), frameon=False
+            handles=handles,
+            loc="outside lower center",
+            ncols=min(columns, len(handles)),
+            frameon=False,
         )
 
 

@@ -11,7 +11,7 @@ exact          event map, Coulomb: six speeds, fine grid of torques, both series
 time_domain    Omega = 6.3: Coulomb and saturated law, sigma = 1e-3 ... 1e-7, by
                event map and CVODE
 series         Omega = 6.3, R = 5 ... 401: set-valued, and sigma = 1e-3 ... 1e-6
-fig08          Omega = 6.3, paper's method, R = 5 to 13, sigma = 1e-4, fine grid
+fig08          Omega = 6.3, R = 5 to 31: set-valued, and sigma = 1e-4; fine grid
 speeds_time    the other five speeds: as time_domain, over Q_m/Q_cr
 speeds_series  the other five speeds: as series, R = 5 ... 101
 sticking       velocity of the arm over a period at Q_m = 3.5 and 6.1, each solver
@@ -141,22 +141,23 @@ def series(progress: Progress = None, orders: Any = ORDERS) -> Any:
     return _series([OMEGA], TORQUES, orders, progress)
 
 
-def _series(Omega: Any, Q_m: Any, orders: Any, progress: Progress, **options: Any) -> Any:
+def _series(
+    Omega: Any, Q_m: Any, orders: Any, progress: Progress, bands: Any = BANDS, **options: Any
+) -> Any:
     found = {}
     for R in orders:
-        bands = {
+        laws = {
             sigma: sweep(Omega, Q_m, series_method(R, sigma), progress, **options)
-            for sigma in (0.0, *BANDS)
+            for sigma in (0.0, *bands)
         }
-        found[R] = study.combined(bands, "sigma")
+        found[R] = study.combined(laws, "sigma")
     return study.combined(found, "R")
 
 
 def fig08(progress: Progress = None) -> Any:
-    """The paper's method at Omega = 6.3 as in Fig. 8, R = 9 to 13, sigma = 1e-4, fine grid."""
+    """Omega = 6.3 on a fine grid of torques: set-valued, and the paper's method at 1e-4."""
     grid = np.round(np.arange(0.1, 12.001, 0.1), 1)
-    found = {R: sweep([OMEGA], grid, series_method(R, 1e-4), progress) for R in (5, 9, 11, 13)}
-    return study.combined(found, "R")
+    return _series([OMEGA], grid, (5, 9, 11, 13, 31), progress, bands=(1e-4,))
 
 
 def speeds_series(progress: Progress = None) -> Any:
