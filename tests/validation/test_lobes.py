@@ -9,13 +9,15 @@ from validation.zhu_parker_2008.fig08_lobes import data, draw
 
 #: Energies are compared closely; other machines round differently, and a run in time by its rtol.
 CLOSE = 1e-6
+#: The set-valued method accepts a gap of 1e-5, and an energy may be off by the root of that.
+WITHIN_GAP = 3e-3
 
 
-def same(found, stored) -> None:
+def same(found, stored, close=CLOSE) -> None:
     for name in ("dissipated_energy", "velocity_reversals", "reversals_of_series"):
         if name in stored:
             np.testing.assert_allclose(
-                found[name].values.ravel(), stored[name].values.ravel(), rtol=CLOSE, atol=CLOSE
+                found[name].values.ravel(), stored[name].values.ravel(), rtol=close, atol=CLOSE
             )
 
 
@@ -35,7 +37,8 @@ def test_cells_in_time(name):
 @pytest.mark.parametrize(("R", "sigma"), [(5, 1e-3), (9, 1e-4), (13, 0.0), (101, 0.0)])
 def test_cells_of_series(R, sigma):
     stored = data.load("series").sel(R=R, sigma=sigma, Q_m=[1.0, 3.5])
-    same(data.sweep([data.OMEGA], [1.0, 3.5], data.series_method(R, sigma)), stored)
+    found = data.sweep([data.OMEGA], [1.0, 3.5], data.series_method(R, sigma))
+    same(found, stored, WITHIN_GAP if sigma == 0.0 else CLOSE)
 
 
 def test_cells_of_the_exact_curve_and_of_the_maps():
