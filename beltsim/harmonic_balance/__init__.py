@@ -16,12 +16,15 @@ from beltsim.harmonic_balance.many import solve_many
 from beltsim.harmonic_balance.reversals import reversals_of_series, sign_change_angles
 from beltsim.harmonic_balance.settings import Settings
 from beltsim.harmonic_balance.solve import solve
+from beltsim.harmonic_balance.survey import Survey, survey
 
 __all__ = [
     "Settings",
+    "Survey",
     "condense",
     "reversals_of_series",
     "sign_change_angles",
     "solve",
     "solve_many",
+    "survey",
 ]

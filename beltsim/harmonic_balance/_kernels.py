@@ -250,6 +250,7 @@ def least_bound(table, weight, wanted, tolerance, most):
     -------
     low, high : float
         Bounds of the least norm: from the multipliers and from the torque.
+    x : (m,) the multipliers.
     residuals : (iterations + 1,)
     """
     N, m = table.shape
@@ -270,7 +271,7 @@ def least_bound(table, weight, wanted, tolerance, most):
     h_step, up_step, down_step = np.empty(N), np.empty(N), np.empty(N)
     above_step, below_step = np.empty(N), np.empty(N)
     residuals, count = np.empty(most + 1), 0
-    low, high, best = 0.0, Q, np.inf
+    low, high, best, x_best = 0.0, Q, np.inf, x.copy()
     for iteration in range(most + 1):
         v = table @ x
         held = table.T @ (weight * h)
@@ -284,6 +285,7 @@ def least_bound(table, weight, wanted, tolerance, most):
         count = iteration
         if residuals[iteration] < best:
             best, low, high = residuals[iteration], bound, np.max(np.abs(h))
+            x_best[:] = x
         if best < tolerance or residuals[iteration] > 1e3 * best or iteration == most:
             break
         for j in range(N):
@@ -347,7 +349,25 @@ def least_bound(table, weight, wanted, tolerance, most):
         down += alpha * down_step
         x += alpha * right[:m]
         Q += alpha * Q_step
-    return low, high, residuals[: count + 1].copy()
+    return low, high, x_best, residuals[: count + 1].copy()
+
+
+@compiled
+def misfit(grid, x, bounds, levels):
+    """Mean of |v| and of |v| - h v at the middles of equal steps.
+
+    `grid` (G, m) holds the harmonics there, `x` (m,) those of v; h is `levels[j]` from `bounds[j]`
+    to `bounds[j + 1]`, and `bounds` end with the grid.
+    """
+    count = len(grid)
+    v, step = grid @ x, bounds[-1] / count
+    moving, missing, j = 0.0, 0.0, 0
+    for g in range(count):
+        while j + 1 < len(levels) and bounds[j + 1] <= (g + 0.5) * step:
+            j += 1
+        moving += abs(v[g])
+        missing += abs(v[g]) - levels[j] * v[g]
+    return moving / count, missing / count
 
 
 def warm_up() -> FloatArray:
@@ -356,5 +376,5 @@ def warm_up() -> FloatArray:
     table = np.stack([np.cos(t), np.sin(t)], axis=1)
     weight = np.full(8, 0.25)
     interior_point(table, weight, np.ones(1, complex), np.array([2.0, 0.0]), 1e-9, 30)
-    found: FloatArray = least_bound(table, weight, np.array([1.0, 0.0]), 1e-9, 30)[2]
+    found: FloatArray = least_bound(table, weight, np.array([1.0, 0.0]), 1e-9, 30)[3]
     return found

@@ -14,12 +14,13 @@ negative when C is positive semidefinite. It has no mean, and the mean load does
 
 Complex rows follow :math:`q(t) = \mathrm{Re}\sum_k c_k e^{ik\Omega t}`, row 0 the mean.
 
-Depends on: errors, checks, problem.
+Depends on: _impedances, errors, checks, problem.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import cast
 
 import numpy as np
@@ -27,14 +28,15 @@ from numpy.typing import NDArray
 
 from beltsim.checks import FloatArray
 from beltsim.errors import InvalidProblemError, Mistake
+from beltsim.harmonic_balance import _impedances
 from beltsim.problem import FrictionProblem
 
 ComplexArray = NDArray[np.complex128]
 
 #: A dynamic stiffness that amplifies by more than this is a resonance without damping.
 RESONANCE_LIMIT = 1e13
-#: Relative size below which a mean load does not count as one.
-MEAN_TOLERANCE = 1e-12
+#: Coordinates from which LAPACK's blocks make up for the copies it needs.
+LARGE = 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,9 +61,8 @@ class Condensed:
         `A_r`, and the joint's velocity without friction.
     reaction : (nS,) complex
         `F_r`, the torque that holds the joint. Infinite where the joint is a node of the response.
-    mean_unit, mean_free : (n,) or None
-        Static responses to a unit torque on the joint and to the mean load; None: K is singular,
-        and nothing loads it.
+    problem : FrictionProblem
+        What was condensed.
     """
 
     Omega: float
@@ -74,13 +75,29 @@ class Condensed:
     mobility: ComplexArray
     velocity: ComplexArray
     reaction: ComplexArray
-    mean_unit: FloatArray | None
-    mean_free: FloatArray
+    problem: FrictionProblem
 
     @property
     def images(self) -> int:
         """2 when half a repetition tells all, else 1."""
         return 2 if self.half_wave else 1
+
+    @cached_property
+    def turns(self) -> NDArray[np.int64]:
+        """`orders` per repetition: orders/divisor."""
+        return self.orders // self.divisor
+
+    @cached_property
+    def mean_unit(self) -> FloatArray | None:
+        """Static response (n,) to a unit torque on the joint; None where K is singular."""
+        return _static(self.problem)[0]
+
+    @cached_property
+    def mean_free(self) -> FloatArray:
+        """Static response (n,) to the mean load."""
+        if not np.any(self.problem.forcing.cos[0]):
+            return np.zeros(self.problem.n)
+        return _static(self.problem)[1]
 
     def impedance(self, joint: int) -> ComplexArray:
         """`Z_r` (nS,) of the joint."""
@@ -91,7 +108,7 @@ class Condensed:
         found = np.zeros((self.R + 1, self.unit.shape[1]), dtype=complex)
         found[self.orders] = self.free - self.unit * torque[:, None]
         found[0] = self.mean_free
-        if self.mean_unit is not None:
+        if mean_torque and self.mean_unit is not None:
             found[0] -= self.mean_unit * mean_torque
         return found
 
@@ -142,18 +159,16 @@ def _condense(problem: FrictionProblem, R: int, harmonics: str) -> Condensed:
     force = problem.forcing.coefficients
     active = np.flatnonzero(np.any(force[1:] != 0.0, axis=1)) + 1
     orders, divisor, half_wave = _orders(active, R, harmonics)
-    columns = np.zeros((len(orders), problem.n, 2), dtype=complex)
-    columns[:, joint, 0] = 1.0
-    forced = np.searchsorted(orders, active)
-    columns[forced, :, 1] = force[active]
-    rate: FloatArray = np.asarray(orders * Omega, dtype=np.float64)
-    D = _dynamic_stiffness(problem, rate)
-    found = _solved(problem, D, columns, orders, rate)
-    unit, free = found[:, :, 0], found[:, :, 1]
+    load = np.zeros((len(orders), problem.n), dtype=complex)
+    load[np.searchsorted(orders, active)] = force[active]
+    rate = np.asarray(orders * Omega, dtype=np.float64)
+    unit, free = _responses(problem, rate, load, orders)
+    answer, at_joint = unit[:, joint], free[:, joint]
     with np.errstate(divide="ignore", invalid="ignore"):
-        reaction = free[:, joint] / unit[:, joint]
-    reaction[free[:, joint] == 0.0] = 0.0
-    mean_unit, mean_free = _mean(problem)
+        reaction = at_joint / answer
+    reaction[at_joint == 0.0] = 0.0
+    if force[0].any():
+        _static(problem)  # refuses a mean load on a singular K
     return Condensed(
         Omega=Omega,
         R=R,
@@ -162,11 +177,10 @@ def _condense(problem: FrictionProblem, R: int, harmonics: str) -> Condensed:
         half_wave=half_wave,
         unit=unit,
         free=free,
-        mobility=1j * rate * unit[:, joint],
-        velocity=1j * rate * free[:, joint],
+        mobility=1j * rate * answer,
+        velocity=1j * rate * at_joint,
         reaction=reaction,
-        mean_unit=mean_unit,
-        mean_free=mean_free,
+        problem=problem,
     )
 
 
@@ -192,22 +206,40 @@ def _orders(
     return orders.astype(np.int64), divisor, half_wave
 
 
-def _dynamic_stiffness(problem: FrictionProblem, rate: FloatArray) -> ComplexArray:
-    """D(r) = K + i r Omega (C + G) - (r Omega)^2 M, shape (nS, n, n)."""
-    D = np.empty((len(rate), problem.n, problem.n), dtype=complex)
-    D.real = problem.K - np.multiply.outer(rate**2, problem.M)
-    D.imag = np.multiply.outer(rate, problem.C + problem.G)
-    return D
+def _responses(
+    problem: FrictionProblem, rate: FloatArray, load: ComplexArray, orders: NDArray[np.int64]
+) -> tuple[ComplexArray, ComplexArray]:
+    """Responses to a unit torque and to the load, one row per harmonic.
+
+    Refuses an undamped resonance that forcing or friction feed.
+    """
+    method = _by_lapack if problem.n >= LARGE else _impedances.responses
+    joint, B = cast("int", problem.joint), problem.C + problem.G
+    unit, free, faulty = method(problem.M, B, problem.K, rate, joint, load, RESONANCE_LIMIT)
+    if faulty < 0:
+        return unit, free
+    allowed = (
+        "away from a natural frequency, or damped: nothing limits the response there "
+        "(k Omega is the frequency)"
+    )
+    raise InvalidProblemError(Mistake(f"harmonic {orders[faulty]}", float(rate[faulty]), allowed))
 
 
-def _solved(
-    problem: FrictionProblem,
-    D: ComplexArray,
-    columns: ComplexArray,
-    orders: NDArray[np.int64],
+def _by_lapack(
+    M: FloatArray,
+    B: FloatArray,
+    K: FloatArray,
     rate: FloatArray,
-) -> ComplexArray:
-    """Solutions of all harmonics; refuses an undamped resonance that forcing or friction feed."""
+    joint: int,
+    load: ComplexArray,
+    limit: float,
+) -> tuple[ComplexArray, ComplexArray, int]:
+    """`_impedances.responses` for large matrices."""
+    D = np.empty((len(rate), *M.shape), dtype=complex)
+    D.real = K - np.multiply.outer(rate**2, M)
+    D.imag = np.multiply.outer(rate, B)
+    columns = np.zeros((len(rate), len(M), 2), dtype=complex)
+    columns[:, joint, 0], columns[:, :, 1] = 1.0, load
     try:
         found = np.asarray(np.linalg.solve(D, columns), dtype=np.complex128)
     except np.linalg.LinAlgError:
@@ -218,23 +250,17 @@ def _solved(
             except np.linalg.LinAlgError:
                 continue
     # in coordinates of unit mass: how far the answer exceeds load over stiffness
-    root = np.sqrt(np.diag(problem.M))
+    root = np.sqrt(np.diag(M))
     with np.errstate(invalid="ignore", over="ignore"):
         answer = np.abs(found * root[:, None]).max(axis=1)
-        load = np.abs(columns / root[:, None]).max(axis=1)
+        given = np.abs(columns / root[:, None]).max(axis=1)
         stiffness = np.abs(D / root[:, None] / root).max(axis=(1, 2))
-        sound = (answer * stiffness[:, None] <= RESONANCE_LIMIT * load) | (load == 0.0)
-    if sound.all():
-        return found
-    k = int(np.flatnonzero(~sound.all(axis=1))[0])
-    allowed = (
-        "away from a natural frequency, or damped: nothing limits the response there "
-        "(k Omega is the frequency)"
-    )
-    raise InvalidProblemError(Mistake(f"harmonic {orders[k]}", float(rate[k]), allowed))
+        sound = (answer * stiffness[:, None] <= limit * given) | (given == 0.0)
+    faulty = np.flatnonzero(~sound.all(axis=1))
+    return found[:, :, 0], found[:, :, 1], int(faulty[0]) if len(faulty) else -1
 
 
-def _mean(problem: FrictionProblem) -> tuple[FloatArray | None, FloatArray]:
+def _static(problem: FrictionProblem) -> tuple[FloatArray | None, FloatArray]:
     """Static responses to a unit torque on the joint and to the mean load."""
     columns = np.zeros((problem.n, 2))
     columns[problem.joint, 0] = 1.0

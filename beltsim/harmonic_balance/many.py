@@ -1,4 +1,4 @@
-"""`solve_many`: independent problems side by side on threads.
+"""`solve_many`: independent problems, and `side_by_side`: anything, on threads.
 
 The kernels and LAPACK release the interpreter lock. Each solution gives the same bits for any
 number of workers.
@@ -9,14 +9,17 @@ Depends on: errors, problem, response, solve, settings.
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.harmonic_balance.settings import Settings
 from beltsim.harmonic_balance.solve import solve
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
+
+Result = TypeVar("Result")
 
 
 def solve_many(
@@ -57,9 +60,6 @@ def solve_many(
     >>> [one.statistics["locked"] for one in found]
     [False, True]
     """
-    count = _cores() if workers is None else workers
-    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
 
     def one(problem: FrictionProblem) -> Response | BeltsimError:
         try:
@@ -67,8 +67,25 @@ def solve_many(
         except BeltsimError as error:
             return error
 
+    return side_by_side(one, list(problems), workers)
+
+
+def side_by_side(
+    function: Callable[[FrictionProblem], Result],
+    problems: list[FrictionProblem],
+    workers: int | None,
+) -> list[Result]:
+    """`function` of each problem on so many threads, in order; neighbours stay on one thread."""
+    count = _cores() if workers is None else workers
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
+    if count == 1:
+        return [function(problem) for problem in problems]
+    size = max(1, len(problems) // (4 * count))
+    chunks = [problems[i : i + size] for i in range(0, len(problems), size)]
     with ThreadPoolExecutor(max_workers=count) as pool:
-        return list(pool.map(one, problems))
+        found = pool.map(lambda chunk: [function(problem) for problem in chunk], chunks)
+        return [result for part in found for result in part]
 
 
 def _cores() -> int:

@@ -5,6 +5,7 @@ Depends on: problem, friction, response, condensation, events, set_valued, setti
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, cast
 
 import numpy as np
@@ -38,14 +39,12 @@ def build(
     if law is None:
         raise InvalidProblemError(Mistake("friction", None, "a law"))
     Omega, period = condensed.Omega, problem.period
-    rows = _rows(condensed, solved, law.Q_m)
+    rows = coordinates_of(problem, condensed, solved)
     torque = np.zeros(condensed.R + 1, dtype=complex)
     torque[condensed.orders], torque[0] = solved.torque, solved.mean_torque
-    if solved.locked:
-        rows[1:, joint] = 0.0  # at rest exactly, not to rounding
     rates = 1j * Omega * np.arange(len(rows))[:, None] * rows
     t = np.linspace(0.0, period, settings.samples_per_period + 1)
-    wave = _wave(t * Omega, len(rows))
+    wave = _waves_of_period(settings.samples_per_period, len(rows))
     q, q_dot = (wave @ rows).real, (wave @ rates).real
     found, samples = _phases(problem, condensed, solved, rates[:, joint], torque, wave, t)
     events = _event_log(problem, found, rows, rates)
@@ -54,7 +53,7 @@ def build(
     work, viscous, loss = _energies(problem, rates, torque)
     window = Window(0.0, period, start, start, work, viscous, loss)
     judged = figures(problem, events, found.initial_mode, window)
-    statistics = {**statistics, "balance_residual": _balance_residual(problem, rows, torque)}
+    statistics = {**statistics, "balance_residual": balance_residual(problem, condensed, solved)}
     peak = float(np.abs(q_dot[:, joint]).max(initial=0.0))
     return Response(
         problem=problem,
@@ -83,12 +82,24 @@ def build(
     )
 
 
-def _rows(condensed: Condensed, solved: Solved, Q_m: float) -> ComplexArray:
-    mean = solved.mean_torque
-    if condensed.mean_unit is None and abs(mean) > MEAN_SHARE * Q_m:
+def coordinates_of(problem: FrictionProblem, condensed: Condensed, solved: Solved) -> ComplexArray:
+    """Rows (R + 1, n) of all coordinates, row 0 the mean; a locked joint rests exactly."""
+    mean, Q_m = solved.mean_torque, cast("Coulomb", problem.friction).Q_m
+    if abs(mean) > MEAN_SHARE * Q_m and condensed.mean_unit is None:
         allowed = "regular, or the forcing half-wave symmetric: friction has a mean torque here"
         raise InvalidProblemError(Mistake("K", "singular", allowed))
-    return condensed.coordinates(solved.torque, mean)
+    rows = condensed.coordinates(solved.torque, mean)
+    if solved.locked:
+        rows[1:, problem.joint] = 0.0
+    return rows
+
+
+@lru_cache(maxsize=8)
+def _waves_of_period(samples: int, count: int) -> ComplexArray:
+    """exp(i k Omega t), shape (samples + 1, count), at equal steps from 0 to T."""
+    wave = _wave(2.0 * np.pi * np.arange(samples + 1) / samples, count)
+    wave.flags.writeable = False
+    return wave
 
 
 def _wave(angle: FloatArray, count: int) -> ComplexArray:
@@ -176,20 +187,19 @@ def _energies(
     return work, viscous, loss
 
 
-def _balance_residual(problem: FrictionProblem, rows: ComplexArray, torque: ComplexArray) -> float:
+def balance_residual(problem: FrictionProblem, condensed: Condensed, solved: Solved) -> float:
     """Largest unbalanced load of any harmonic, from M, C, G, K alone, relative."""
-    rate = problem.forcing.Omega * np.arange(len(rows))[:, None]
-    spring, inertia = rows @ problem.K.T, -(rate**2) * (rows @ problem.M.T)
-    damping = 1j * rate * (rows @ (problem.C + problem.G).T)
-    force = np.zeros_like(rows)
+    q = condensed.free - condensed.unit * solved.torque[:, None]
+    rate = condensed.orders[:, None] * problem.forcing.Omega
+    spring, inertia = q @ problem.K, (rate * rate) * (q @ problem.M)
+    damping = 1j * rate * (q @ (problem.C - problem.G))  # the rows' C + G: G is skew
+    force = np.zeros_like(q)
     given = problem.forcing.coefficients
-    count = min(len(given), len(force))
-    force[:count] = given[:count]
-    left = spring + inertia + damping - force
-    left[:, problem.joint] += torque
-    if problem.K.any() and not np.any(rows[0]):
-        left[0] = 0.0  # a free mean position carries no load
-    size = max(float(np.abs(part).max()) for part in (spring, inertia, damping, force, torque))
+    present = np.flatnonzero(condensed.orders < len(given))
+    force[present] = given[condensed.orders[present]]
+    left = spring - inertia + damping - force
+    left[:, problem.joint] += solved.torque
+    size = max(float(np.abs(part).max()) for part in (spring, inertia, damping, force))
     return float(np.abs(left).max()) / size if size > 0.0 else 0.0
 
 

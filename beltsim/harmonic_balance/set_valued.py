@@ -4,23 +4,29 @@ Sought is a velocity with harmonics up to R and a torque with
 
 .. math:: V_r = A_r (F_r - h_r), \qquad h \in Q_m\,\mathrm{Sgn}(v), \quad |h| \le Q_m .
 
-A has a non-negative real part and Sgn is monotone, so the velocity exists and is unique, and an
-interior-point method reaches it from anywhere. The torque is constant in cells whose Fourier
-integrals are exact; cells that hold an edge are cut until the gap
+A has a non-negative real part and Sgn is monotone, so the velocity exists and is unique. Unless it
+is zero it vanishes at single instants only, and the torque switches between its bounds there: the
+switching instants are the unknowns (`_switching`), found from a cold start and located to rounding.
+
+Where that does not settle, an interior-point method takes over, which reaches the solution from
+anywhere: the torque is constant in cells whose Fourier integrals are exact, and cells that hold an
+edge are cut. Its edges start another search for the instants. Either way the result is judged by
+the gap
 
 .. math:: 1 - \int h v\,d\tau / (Q_m \int |v|\,d\tau)
 
-on an independent fine grid is below the tolerance, or the cells are as fine as is worth while.
+on an independent fine grid.
 
 The truncated problem locks before the exact one, from `least_bound` on: :math:`Q_{cr}(R)`, the
 smallest bound of a torque whose harmonics 1..R are those of the locked reaction.
 
-Depends on: _kernels, cells, condensation, settings.
+Depends on: _kernels, _switching, cells, condensation, settings.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
@@ -28,7 +34,7 @@ from numpy.typing import NDArray
 
 from beltsim.checks import FloatArray
 from beltsim.errors import ConvergenceError
-from beltsim.harmonic_balance import _kernels
+from beltsim.harmonic_balance import _kernels, _switching
 from beltsim.harmonic_balance.cells import Cells, refined, uniform
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
 from beltsim.harmonic_balance.settings import Settings
@@ -43,10 +49,18 @@ PIECES = 6
 STOP, ACCEPTED = 1e-9, 1e-5
 #: Largest gap that counts as converged, whatever smaller one was asked for.
 ACCEPTED_GAP = 5e-3
+#: A torque in a cell closer to its bound than this, relative, is at it.
+EDGE = 1e-3
 #: Share of the frictionless motion below which the joint hardly moves.
 STILL = 0.02
 #: Points of the grid that judges the result, per harmonic.
 JUDGE = 32
+#: Cells in which the search for switching instants starts, per unknown; the second is a retry.
+SEARCH_CELLS = (2, 3)
+#: Points per harmonic at which its result is checked for instants that it lacks.
+SEARCH_GRID = 16
+#: Largest velocity at an instant, relative, and most Newton steps on them.
+LOCATED, LOCATING = 1e-11, 60
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +80,8 @@ class Solved:
         Gap between torque and law on the fine grid.
     iterations : int
     residuals : tuple of float
+    exact : bool
+        `bounds` are the located roots of the velocity.
     """
 
     torque: ComplexArray
@@ -77,10 +93,11 @@ class Solved:
     gap: float
     iterations: int
     residuals: tuple[float, ...] = field(default=())
+    exact: bool = False
 
 
 def critical_bound(condensed: Condensed) -> float:
-    """Q_cr(R): least torque that locks the truncated problem, from above, to 1e-6 of itself."""
+    """Q_cr(R): least torque that locks the truncated problem."""
     key = "_critical_bound"
     if key not in condensed.__dict__:
         object.__setattr__(condensed, key, _critical_bound(condensed))
@@ -91,11 +108,55 @@ def _critical_bound(condensed: Condensed) -> float:
     reaction = condensed.reaction
     if not np.all(np.isfinite(reaction)):
         return np.inf
-    if not np.any(reaction):
-        return 0.0
-    cells = _first_cells(condensed)
-    wanted = _pairs(reaction)
-    _, high, _ = _kernels.least_bound(cells.table, cells.weight, wanted, 1e-7, 60)
+    present = np.flatnonzero(reaction)
+    highest = int(condensed.turns[-1])
+    if len(present) == 1:  # a shift in time and a factor tell all single harmonics from each other
+        k = int(present[0])
+        return float(abs(reaction[k])) * _single_bound(highest, condensed.half_wave, k)
+    return _least_bound(highest, condensed.half_wave, _pairs(reaction)) if len(present) else 0.0
+
+
+@lru_cache(maxsize=256)
+def _single_bound(highest: int, half_wave: bool, k: int) -> float:
+    """Least bound of a torque whose k-th harmonic is a cosine and whose others vanish."""
+    wanted = np.zeros(2 * len(uniform(highest, half_wave, 1).orders))
+    wanted[2 * k] = 1.0
+    return _least_bound(highest, half_wave, wanted)
+
+
+def _least_bound(highest: int, half_wave: bool, wanted: FloatArray) -> float:
+    """Least bound of a torque with the harmonics `wanted`, from above.
+
+    A linear program in cells tells where the torque switches; Newton's method moves these instants,
+    and the bound, until the harmonics are those wanted.
+    """
+    cells = uniform(highest, half_wave, CELLS_PER_HARMONIC * (highest + 1))
+    _, high, guess, _ = _kernels.least_bound(cells.table, cells.weight, wanted, 1e-7, 60)
+    if not np.any(guess):
+        return float(high)
+    orders, images, period = cells.orders, cells.images, 2.0 * np.pi / cells.images
+    grid = uniform(highest, half_wave, SEARCH_GRID * (highest + 1), True).table
+    edges = np.empty(len(grid))
+    count, sign = _switching.crossings(guess, orders, images, grid @ guess, edges)
+    edges = edges[:count]
+    table, pairs = np.zeros((count, len(wanted))), np.zeros(len(wanted))
+    jacobian = np.empty((len(wanted), count + 1))
+    bound = high
+    for _ in range(40):
+        _switching.torque_of(edges, count, sign, orders, images, table, pairs)
+        missing = wanted - bound * pairs
+        if np.abs(missing).max() <= 1e-12 * np.abs(wanted).max():
+            return float(min(bound, high))
+        jump = 2.0 * sign * (1.0 - 2.0 * (np.arange(count) % 2))
+        jacobian[:, :count] = images / np.pi * bound * (jump[:, None] * table).T
+        jacobian[:, count] = pairs
+        step = np.linalg.lstsq(jacobian, missing, rcond=None)[0]
+        room = np.diff(np.append(edges, edges[:1] + period))
+        closing = -np.diff(np.append(step[:count], step[:1]))
+        nearing = closing > 0.0
+        share = float((0.7 * room[nearing] / closing[nearing]).min(initial=1.0))
+        edges = edges + share * step[:count]
+        bound += share * step[count]
     return float(high)
 
 
@@ -113,6 +174,61 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     if Q_m >= critical_bound(condensed):
         return locked(condensed)
     size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
+    if settings.projection == "exact":
+        for cells_per_unknown in SEARCH_CELLS:
+            found = _searched(condensed, Q_m, size, cells_per_unknown)
+            if found.gap <= settings.tolerance:
+                return found
+    return _in_cells(condensed, Q_m, size, settings)
+
+
+def _searched(condensed: Condensed, Q_m: float, size: float, cells_per_unknown: int) -> Solved:
+    """Switching instants from a cold start; the gap tells whether they are right."""
+    orders, images = condensed.turns, condensed.images
+    count = cells_per_unknown * 2 * len(orders) * images + (2 - images)
+    cells = uniform(int(orders[-1]), condensed.half_wave, count)
+    edges, sign, pairs, worst, steps = _switching.instants(
+        cells.table,
+        cells.weight,
+        orders,
+        images,
+        condensed.mobility * (Q_m / size),
+        _pairs(condensed.velocity / size),
+        _grid(condensed, SEARCH_GRID),
+        LOCATED,
+        LOCATING,
+    )
+    return _of_instants(condensed, Q_m, size, edges, sign, pairs, worst, steps)
+
+
+def _of_instants(
+    condensed: Condensed,
+    Q_m: float,
+    size: float,
+    edges: FloatArray,
+    sign: float,
+    pairs: FloatArray,
+    worst: float,
+    steps: int,
+) -> Solved:
+    torque = _series(pairs) * Q_m
+    velocity = condensed.velocity - condensed.mobility * torque
+    images, count = condensed.images, len(edges)
+    bounds, levels = np.empty(count + 2), np.empty(count + 1)
+    bounds[0], bounds[1:-1], bounds[-1] = 0.0, edges, 2.0 * np.pi / images
+    levels[0::2], levels[1::2] = sign, -sign
+    mean = Q_m * float(np.diff(bounds) @ levels) / (2.0 * np.pi) if images == 1 else 0.0
+    gap = _gap(condensed, bounds, levels, velocity, size)
+    levels *= Q_m
+    if images == 2:
+        bounds = np.concatenate([bounds, bounds[1:] + np.pi])
+        levels = np.concatenate([levels, -levels])
+    exact = steps < LOCATING
+    return Solved(torque, velocity, mean, bounds, levels, False, gap, steps, (worst,), exact)
+
+
+def _in_cells(condensed: Condensed, Q_m: float, size: float, settings: Settings) -> Solved:
+    """The interior-point method, cells cut until edges are located; its edges polished."""
     free = _pairs(condensed.velocity / size)
     mobility = np.ascontiguousarray(condensed.mobility * (Q_m / size))
     cells = _first_cells(condensed, settings)
@@ -131,6 +247,11 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
             break  # cells finer than rounding can tell apart
         if cells.sampled or found.gap <= settings.tolerance:
             break
+        edged = _edged(condensed, h, Q_m, size)
+        if edged.gap < found.gap and (best is None or edged.gap < best.gap):
+            best, worst = edged, edged.residuals[0]
+            if best.gap <= settings.tolerance:
+                break
         cells = refined(cells, h, 1.0, PIECES)
         if len(cells.weight) * cells.images > MOST_CELLS * (int(cells.orders[-1]) + 1):
             break
@@ -146,6 +267,26 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     return replace(best, residuals=tuple(history), iterations=len(history))
 
 
+def _edged(condensed: Condensed, h: FloatArray, Q_m: float, size: float) -> Solved:
+    """Switching instants, started from the torque in cells."""
+    rounded = np.where(np.abs(h) > 1.0 - EDGE, np.sign(h), h)
+    edges = np.empty(4 * len(h) + 2)
+    count, sign = _switching.of_cells(rounded, condensed.images, edges)
+    count, sign, pairs, worst, steps = _switching.polished(
+        edges,
+        count,
+        sign,
+        condensed.turns,
+        condensed.images,
+        condensed.mobility * (Q_m / size),
+        _pairs(condensed.velocity / size),
+        _grid(condensed, SEARCH_GRID),
+        LOCATED,
+        LOCATING,
+    )
+    return _of_instants(condensed, Q_m, size, edges[:count], sign, pairs, worst, steps)
+
+
 def _solved(
     condensed: Condensed, cells: Cells, h: FloatArray, Q_m: float, size: float, history: list[float]
 ) -> Solved:
@@ -159,7 +300,7 @@ def _solved(
         bounds,
         Q_m * levels,
         False,
-        _gap(condensed, cells, h, velocity, size),
+        _gap(condensed, cells.bounds, h, velocity, size),
         len(history),
         tuple(history),
     )
@@ -176,9 +317,14 @@ def reaction_range(condensed: Condensed) -> tuple[float, float]:
     """Least and largest value of the locked reaction, its mean left out."""
     key = "_reaction_range"
     if key not in condensed.__dict__:
-        orders = condensed.orders // condensed.divisor
-        ends = (_largest(orders, -condensed.reaction), _largest(orders, condensed.reaction))
-        object.__setattr__(condensed, key, (-ends[0], ends[1]))
+        present = np.flatnonzero(condensed.reaction)
+        orders, series = condensed.turns[present], condensed.reaction[present]
+        if len(present) == 1:
+            high = float(abs(series[0]))
+            ends = (-high, high)
+        else:
+            ends = (-_largest(orders, -series), _largest(orders, series))
+        object.__setattr__(condensed, key, ends)
     return cast("tuple[float, float]", condensed.__dict__[key])
 
 
@@ -205,27 +351,32 @@ def _first_cells(condensed: Condensed, settings: Settings | None = None) -> Cell
 
 
 def _pairs(coefficients: ComplexArray) -> FloatArray:
-    pairs = np.empty(2 * len(coefficients))
-    pairs[0::2], pairs[1::2] = coefficients.real, -coefficients.imag
-    return pairs
+    """Pairs c, s (2 nS,) of harmonics c - i s."""
+    return np.asarray(np.conj(coefficients).view(np.float64))
+
+
+def _series(pairs: FloatArray) -> ComplexArray:
+    """Harmonics c - i s (nS,) of pairs."""
+    return np.asarray(np.conj(pairs.view(np.complex128)))
 
 
 def _empty() -> tuple[FloatArray, FloatArray]:
     return np.zeros(0), np.zeros(0)
 
 
+def _grid(condensed: Condensed, points: int) -> FloatArray:
+    """Values of the harmonics at the middles of equal steps, so many per harmonic and period."""
+    highest = int(condensed.turns[-1])
+    return uniform(highest, condensed.half_wave, points * (highest + 1), True).table
+
+
 def _gap(
-    condensed: Condensed, cells: Cells, h: FloatArray, velocity: ComplexArray, size: float
+    condensed: Condensed, bounds: FloatArray, h: FloatArray, velocity: ComplexArray, size: float
 ) -> float:
-    """1 - int h v / int |v| on a grid that knows nothing of the cells' integrals.
+    """1 - int h v / int |v| on a grid that knows nothing of the torque's integrals.
 
     Where hardly anything moves, the motion without friction takes the place of int |v|.
     """
-    orders = condensed.orders // condensed.divisor
-    count = JUDGE * (int(orders[-1]) + 1)
-    tau = (np.arange(count) + 0.5) * (2.0 * np.pi / condensed.images / count)
-    v = (np.exp(1j * np.multiply.outer(tau, orders)) @ velocity).real
-    moved = float(np.mean(np.abs(v)))
-    torque = h[np.searchsorted(cells.bounds, tau, side="right") - 1]
-    missing = moved - float(np.mean(torque * v))
-    return max(0.0, missing / max(moved, STILL * size))
+    grid = _grid(condensed, JUDGE * condensed.images)
+    moving, missing = _kernels.misfit(grid, _pairs(velocity), bounds, h)
+    return float(max(0.0, missing / max(moving, STILL * size)))

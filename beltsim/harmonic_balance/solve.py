@@ -14,7 +14,7 @@ from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake, Unsup
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import saturated, set_valued
 from beltsim.harmonic_balance.condensation import Condensed, condense
-from beltsim.harmonic_balance.result import build
+from beltsim.harmonic_balance.result import balance_residual, build
 from beltsim.harmonic_balance.set_valued import Solved
 from beltsim.harmonic_balance.settings import Settings, is_integer
 from beltsim.problem import FrictionProblem
@@ -71,27 +71,36 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     """
     settings = settings or Settings()
     law = problem.friction
-    _check(problem, R, settings)
-    condensed = condense(problem, int(R), settings.harmonics)
-    method = "saturated" if isinstance(law, SaturatedCoulomb) else "set_valued"
-    try:
-        solved = _solved(condensed, law, settings)
-    except ConvergenceError as error:
-        raise _with_response(error, problem, condensed, settings, method) from None
-    statistics = _statistics(condensed, solved, settings, method)
+    condensed, solved = solved_series(problem, R, settings)
+    statistics = _statistics(condensed, solved, settings, _method(law))
     if settings.estimate:
         statistics["error_estimate"] = _estimate(problem, condensed, solved, settings)
-    warnings = _lock_warnings(condensed, law) + _gap_warnings(solved, settings, method)
-    found = build(problem, condensed, solved, settings, statistics, warnings)
-    if not found.statistics["balance_residual"] <= BALANCED:
-        residual = found.statistics["balance_residual"]
+    warnings = _lock_warnings(condensed, law) + _gap_warnings(solved, settings, law)
+    return build(problem, condensed, solved, settings, statistics, warnings)
+
+
+def solved_series(problem: FrictionProblem, R: int, settings: Settings) -> tuple[Condensed, Solved]:
+    """The condensed problem and the joint's harmonics; raises what `solve` raises."""
+    _check(problem, R, settings)
+    condensed = condense(problem, int(R), settings.harmonics)
+    try:
+        solved = _solved(condensed, problem.friction, settings)
+    except ConvergenceError as error:
+        raise _with_response(error, problem, condensed, settings) from None
+    residual = balance_residual(problem, condensed, solved)
+    if not residual <= BALANCED:
         message = (
             f"the harmonics leave {residual:.2g} of the load unbalanced at Omega = "
             f"{condensed.Omega:.6g}: the linear system is too ill-conditioned there; "
             "try more damping or another frequency"
         )
-        raise ConvergenceError(message, found, solved.residuals)
-    return found
+        unbalanced = ConvergenceError(message, solved, solved.residuals)
+        raise _with_response(unbalanced, problem, condensed, settings)
+    return condensed, solved
+
+
+def _method(law: Any) -> str:
+    return "saturated" if isinstance(law, SaturatedCoulomb) else "set_valued"
 
 
 def _check(problem: FrictionProblem, R: Any, settings: Settings) -> None:
@@ -128,12 +137,12 @@ def _with_response(
     problem: FrictionProblem,
     condensed: Condensed,
     settings: Settings,
-    method: str,
 ) -> ConvergenceError:
     """The same error, carrying the best iterate as a `Response`."""
     if not isinstance(error.partial, Solved):
         return error
-    statistics = {"solver": "harmonic_balance", "method": method, "converged": False}
+    statistics: dict[str, Any] = {"solver": "harmonic_balance", "method": _method(problem.friction)}
+    statistics["converged"] = False
     partial = build(problem, condensed, error.partial, settings, statistics)
     return ConvergenceError(str(error), partial, error.residual_history)
 
@@ -174,9 +183,9 @@ def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
     )
 
 
-def _gap_warnings(solved: Solved, settings: Settings, method: str) -> tuple[str, ...]:
+def _gap_warnings(solved: Solved, settings: Settings, law: Any) -> tuple[str, ...]:
     """A gap above the one asked for is accepted up to `ACCEPTED_GAP`, but never in silence."""
-    exact = method == "set_valued" and settings.projection == "exact"
+    exact = _method(law) == "set_valued" and settings.projection == "exact"
     if not exact or solved.gap <= settings.tolerance:
         return ()
     return (

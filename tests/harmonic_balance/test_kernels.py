@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 from support.problems import random_problem
 
-from beltsim.harmonic_balance import _kernels, condense
+from beltsim.harmonic_balance import _impedances, _kernels, _switching, condense
 from beltsim.harmonic_balance.cells import of_bounds, refined, uniform
+from beltsim.harmonic_balance.condensation import _by_lapack
 
 
 @pytest.mark.parametrize("m", [1, 2, 7, 30])
@@ -108,3 +109,75 @@ def test_without_compilation_the_numbers_are_the_same() -> None:
         lines = run.stdout.splitlines()
         found.append(np.r_[json.loads(lines[0]), float(lines[1])])
     assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_both_eliminations_agree(seed: int) -> None:
+    problem = random_problem(seed, 7)
+    draw = np.random.default_rng(seed)
+    load = draw.standard_normal((5, 7)) + 1j * draw.standard_normal((5, 7))
+    rate = np.array([0.3, 1.1, 2.3, 5.0, 40.0])
+    arguments = (problem.M, problem.C + problem.G, problem.K, rate, 3, load, 1e13)
+    own, lapack = _impedances.responses(*arguments), _by_lapack(*arguments)
+    for one, other in zip(own[:2], lapack[:2], strict=True):
+        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
+    assert own[2] == lapack[2] == -1
+
+
+def test_both_eliminations_refuse_a_resonance() -> None:
+    one, zero = np.eye(1), np.zeros((1, 1))
+    arguments = (one, zero, one, np.array([0.5, 1.0]), 0, np.ones((2, 1), complex), 1e13)
+    assert _impedances.responses(*arguments)[2] == _by_lapack(*arguments)[2] == 1
+
+
+def test_harmonics_of_instants_are_fourier_integrals() -> None:
+    for images, edges, orders in (
+        (1, np.array([0.3, 1.0, 2.5, 6.0]), np.arange(1, 6)),
+        (2, np.array([0.4, 0.9, 2.2]), np.arange(1, 8, 2)),
+    ):
+        count, N = len(edges), 400_000
+        tau = (np.arange(N) + 0.5) * 2.0 * np.pi / N
+        turned = np.mod(tau, 2.0 * np.pi / images)
+        h = (-1.0) ** np.searchsorted(edges, turned)
+        if images == 2:
+            h = np.where(tau > np.pi, -h, h)
+        pairs = np.empty(2 * len(orders))
+        table = np.empty((count, len(pairs)))
+        _switching.torque_of(edges, count, 1.0, orders, images, table, pairs)
+        expected = [2.0 * np.mean(h * np.exp(-1j * r * tau)) for r in orders]
+        assert pairs[0::2] - 1j * pairs[1::2] == pytest.approx(np.array(expected), abs=1e-4)
+
+
+def test_the_path_in_cells_is_complementary() -> None:
+    problem = random_problem(4, 5, static=False, share=0.5, harmonics=2)
+    condensed = condense(problem, 9)
+    count = 2 * 2 * len(condensed.turns) + 1
+    cells = uniform(9, condensed.half_wave, count * condensed.images)
+    size = np.abs(condensed.velocity).max()
+    free = np.conj(condensed.velocity / size).view(float)
+    mobility = condensed.mobility * (problem.friction.Q_m / size)
+    h, pivots = _switching.path(
+        cells.table, cells.weight, condensed.images, mobility, free, 12 * count
+    )
+    assert 0 < pivots < 12 * count
+    moved = cells.table.T @ (cells.weight * h)
+    _kernels.apply_mobility(mobility, moved)
+    y = cells.table @ (free - moved)
+    sticking = np.abs(h) < 1.0
+    assert np.abs(h).max() <= 1.0
+    assert sticking.any()
+    assert np.abs(y[sticking]).max() < 1e-9
+    assert (y * h)[~sticking].min() > -1e-9
+
+
+def test_misfit_is_what_numpy_finds() -> None:
+    draw = np.random.default_rng(5)
+    grid = uniform(4, False, 100, True).table
+    x, bounds = draw.standard_normal(8), np.array([0.0, 1.0, 2.5, 2.0 * np.pi])
+    levels = np.array([1.0, -1.0, 1.0])
+    v = grid @ x
+    tau = (np.arange(100) + 0.5) * 2.0 * np.pi / 100
+    h = levels[np.searchsorted(bounds, tau, side="right") - 1]
+    moving, missing = _kernels.misfit(grid, x, bounds, levels)
+    assert moving == pytest.approx(np.abs(v).mean(), rel=1e-12)
+    assert missing == pytest.approx(np.mean(np.abs(v) - h * v), rel=1e-12)
