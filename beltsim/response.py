@@ -281,18 +281,18 @@ def phases(
 
     An event exactly at `start` belongs to the phases after it, one at `end` ends the last.
     """
-    modes, times, places = _cut(events, initial_mode, start, end, positions)
+    modes = [initial_mode, *events.modes_after(initial_mode)]
+    modes, times, places = _cut(events, modes, start, end, positions)
     for i, mode in enumerate(modes):
         yield Phase(mode, times[i], times[i + 1], places[i], places[i + 1])
 
 
 def _cut(
-    events: EventLog, initial_mode: str, start: float, end: float, positions: tuple[float, float]
+    events: EventLog, modes: list[str], start: float, end: float, positions: tuple[float, float]
 ) -> tuple[list[str], list[float], list[float]]:
-    """Modes of the phases between two times, and times and places of their edges, one more."""
+    """Those of all `modes` between two times, and times and places of their edges, one more."""
     first = int(np.searchsorted(events.t, start, side="right"))
     last = int(np.searchsorted(events.t, end, side="left"))
-    modes = [initial_mode, *events.modes_after(initial_mode)]
     times = [start, *events.t[first:last].tolist(), end]
     places = [positions[0], *events.position[first:last].tolist(), positions[1]]
     return modes[first : last + 1], times, places
@@ -305,11 +305,17 @@ def sign_changes(
 
     `cyclic`: the log is one period of a closed orbit, so what comes before its start is its end.
     """
-    modes = events.modes_after(initial_mode)
-    count, direction = 0, MODE_SIGNS[initial_mode]
+    modes = [initial_mode, *events.modes_after(initial_mode)]
+    return _sign_changes(events, modes, start, end, cyclic)
+
+
+def _sign_changes(
+    events: EventLog, modes: list[str], start: float, end: float, cyclic: bool
+) -> int:
+    count, direction = 0, MODE_SIGNS[modes[0]]
     if cyclic and not direction:
         direction = next((MODE_SIGNS[mode] for mode in reversed(modes) if MODE_SIGNS[mode]), 0)
-    for t, mode in zip(events.t.tolist(), modes, strict=True):
+    for t, mode in zip(events.t.tolist(), modes[1:], strict=True):
         sign = MODE_SIGNS[mode]
         if sign and direction and sign != direction and start < t <= end:
             count += 1
@@ -321,7 +327,12 @@ def friction_travel(
     events: EventLog, initial_mode: str, start: float, end: float, positions: tuple[float, float]
 ) -> float:
     """Distance the joint slipped between `start` and `end`, from event positions."""
-    modes, _, places = _cut(events, initial_mode, start, end, positions)
+    modes = [initial_mode, *events.modes_after(initial_mode)]
+    modes, _, places = _cut(events, modes, start, end, positions)
+    return _travel(modes, places)
+
+
+def _travel(modes: list[str], places: list[float]) -> float:
     ways = zip(modes, places[:-1], places[1:], strict=True)
     return sum(abs(after - before) for mode, before, after in ways if mode != "stick")
 
@@ -344,18 +355,18 @@ def figures(
     stick = loss = reversals = stops = 0.0
     if joint is not None and initial_mode is not None and problem.friction is not None:
         ends = (float(window.start_state[joint]), float(window.end_state[joint]))
-        found = list(phases(events, initial_mode, window.start, window.end, ends))
+        every = [initial_mode, *events.modes_after(initial_mode)]
+        modes, times, places = _cut(events, every, window.start, window.end, ends)
         if length > 0.0:
-            stick = sum(p.end - p.start for p in found if p.mode == "stick") / length
+            spans = zip(modes, times[:-1], times[1:], strict=True)
+            stick = sum(after - before for mode, before, after in spans if mode == "stick") / length
         if window.friction_loss is not None:
             loss = window.friction_loss
         else:
-            span = (window.start, window.end, ends)
-            loss = problem.friction.Q_m * friction_travel(events, initial_mode, *span)
+            loss = problem.friction.Q_m * _travel(modes, places)
         whole = abs(length - period) <= 1e-9 * period  # both ends carry the rounding of t
         per_period = 1.0 if whole else period / length if length > 0.0 else 0.0
-        edges = (window.start, window.end)
-        changes = sign_changes(events, initial_mode, *edges, cyclic=cyclic) * per_period
+        changes = _sign_changes(events, every, window.start, window.end, cyclic) * per_period
         reversals = max(0.0, (changes - 2.0) / 4.0)
         inside = (events.t > window.start) & (events.t <= window.end)
         stops = float(np.count_nonzero(events.kind[inside] == "stick")) * per_period

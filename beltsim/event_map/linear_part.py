@@ -9,6 +9,7 @@ Depends on: errors, checks.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from beltsim.errors import NotPeriodicError
 ComplexArray = NDArray[np.complex128]
 #: A stiffness this near singular, relatively, cannot answer a harmonic.
 _SINGULAR = 1e-12
+#: Share of a force that counts as answered when no more than this is left.
+_LEFT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,10 +59,11 @@ class LinearPart:
         turns = np.exp(1j * self.Omega * t * np.arange(len(self.D)))
         return float(self.row @ x + (turns @ self.D).real + self.d_c * c)
 
-    def steady(self, name: str, extra: FloatArray | None = None) -> ComplexArray:
+    def steady(self, name: str, bound: float = 0.0, joint: int = 0) -> ComplexArray:
         """Harmonics (H + 1, k) of the steady response, where there is one.
 
-        `extra` (k,): direction in which friction may add any harmonic.
+        `bound`: largest friction torque at coordinate `joint`. Its mean is at most that, and its
+        harmonics 4/pi times that (a square wave), which may hold an undamped mode.
 
         Raises
         ------
@@ -70,19 +74,35 @@ class LinearPart:
         for h, force in enumerate(self.F):
             w = h * self.Omega
             Z = self.K + 1j * w * self.damping - w**2 * self.M
-            size = max(float(np.linalg.norm(self.K)), w**2 * float(np.linalg.norm(self.M)))
             if not force.any():
                 continue
-            columns = Z if extra is None else np.column_stack([Z, extra * size])
-            answer = np.linalg.lstsq(columns, force, rcond=_SINGULAR)[0]
-            left = float(np.linalg.norm(columns @ answer - force))
-            if left > 1e-9 * float(np.linalg.norm(force)):
-                what = "a mean load" if h == 0 else f"harmonic {h} of the forcing"
-                text = (
-                    f"{what} meets an undamped mode of frequency {w:.6g} of the system with its "
-                    f"joint {name}: the motion grows, no periodic orbit is sought. Add damping or "
-                    "stiffness, or look at a transient"
-                )
-                raise NotPeriodicError(text)
+            answer, left = _least_squares(Z, force)
+            if left > _LEFT and bound > 0.0:
+                size = max(float(np.linalg.norm(self.K)), w**2 * float(np.linalg.norm(self.M)))
+                unit = np.eye(len(force))[:, [joint]]
+                answer, left = _least_squares(np.hstack([Z, unit * size]), force)
+                needed = float(np.abs(answer[-1])) * size
+                most = bound * (4.0 / np.pi if h else 1.0)
+                if left <= _LEFT and needed > most * (1.0 + _LEFT):
+                    why = f"friction holds at most {most:.6g} of the {needed:.6g} there"
+                    raise self._resonance(h, name, why)
+            if left > _LEFT:
+                raise self._resonance(h, name, "friction does not reach it")
             found[h] = answer[: len(force)]
         return found
+
+    def _resonance(self, h: int, name: str, why: str) -> NotPeriodicError:
+        what = "a mean load" if h == 0 else f"harmonic {h} of the forcing"
+        text = (
+            f"{what} meets an undamped mode of frequency {h * self.Omega:.6g} of the system with "
+            f"its joint {name}, and {why}: the motion grows, no periodic orbit is sought. Add "
+            "damping or stiffness, or look at a transient"
+        )
+        return NotPeriodicError(text)
+
+
+def _least_squares(columns: Any, force: ComplexArray) -> tuple[ComplexArray, float]:
+    """Solution, and what is left of `force`, relatively."""
+    answer = np.asarray(np.linalg.lstsq(columns, force, rcond=_SINGULAR)[0], dtype=complex)
+    left = float(np.linalg.norm(columns @ answer - force)) / float(np.linalg.norm(force))
+    return answer, left

@@ -14,6 +14,7 @@ from beltsim.checks import FloatArray
 from beltsim.errors import NotPeriodicError
 from beltsim.event_map.flows import Flow, flows_of
 from beltsim.event_map.linear_part import ComplexArray
+from beltsim.friction import Coulomb
 from beltsim.problem import FrictionProblem
 
 
@@ -129,17 +130,17 @@ def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
 
 def require_stable(problem: FrictionProblem) -> None:
     """Refuse a periodic orbit of an unstable or undamped resonant linear part, and name it."""
-    if problem.shared.get("event_map.stable"):
-        return
-    flows = flows_of(problem)
-    if not _passive(problem.K):
-        for name, flow in (("free", flows.free), ("held", flows.held)):
-            _require_decay(name, flow.exponents)
-    if not isinstance(flows.free, Flow):
-        flows.free.part.steady("free", np.eye(problem.n)[problem.joint or 0])
-    if not isinstance(flows.held, Flow):
-        flows.held.part.steady("held")
-    problem.shared["event_map.stable"] = True
+    flows, law = flows_of(problem), problem.friction
+    if not problem.shared.get("event_map.stable"):
+        if not _passive(problem.K):
+            for name, flow in (("free", flows.free), ("held", flows.held)):
+                _require_decay(name, flow.exponents)
+        if not isinstance(flows.held, Flow):
+            flows.held.part.steady("held")
+        problem.shared["event_map.stable"] = True
+    if not isinstance(flows.free, Flow) and law is not None:
+        bound = law.Q_s if isinstance(law, Coulomb) and law.Q_s is not None else law.Q_m
+        flows.free.part.steady("free", bound, problem.joint or 0)
 
 
 def _passive(K: FloatArray) -> bool:

@@ -130,6 +130,24 @@ def test_undamped_resonance_is_an_error_only_where_excited():
     assert np.abs(orbit.q[:, 0]).max() <= 1e-12 * np.abs(orbit.q).max()
 
 
+@pytest.mark.parametrize(("share", "balanced"), [(0.9, False), (0.99, False), (1.01, True)])
+def test_friction_balances_a_resonance_up_to_its_largest_harmonic(share, balanced):
+    """Coulomb friction holds an undamped mode when 4/pi Q_m reaches the force, not below."""
+    K = np.array([[3.0, -0.7], [-0.7, 1.5]])
+    K *= 0.5**2 / np.linalg.eigvalsh(K)[1]
+    problem = problem_of(np.eye(2), 0.0 * K, K, 1, [[0.0, 0.0], [0.0, 1.0]], Omega=0.5)
+    forcing = HarmonicForcing(0.5, problem.forcing.cos, 0.0 * problem.forcing.sin)
+    Q_m = share * np.pi / 4.0
+    problem = FrictionProblem(problem.M, 0.0 * K, 0.0 * K, K, 1, forcing, Coulomb(Q_m))
+    if balanced:
+        orbit = event_map.periodic(problem)
+        assert orbit.period_residual <= 1e-12
+        assert orbit.energy_balance_residual <= 1e-10
+        return
+    with pytest.raises(NotPeriodicError, match=r"harmonic 1 .* frequency 0\.5 .*at most"):
+        event_map.periodic(problem)
+
+
 @pytest.fixture
 def always_cells(monkeypatch):
     monkeypatch.setattr(flows, "CONDITION_LIMIT", 0.0)
