@@ -6,6 +6,7 @@ Depends on: flows, binding.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -48,6 +49,10 @@ class Walk:
 
     def modes(self) -> NDArray[np.int64]:
         """Mode of each phase: one more than there are events."""
+        return self._modes
+
+    @cached_property
+    def _modes(self) -> NDArray[np.int64]:
         mode = self.initial_mode
         modes = [mode]
         for kind in self.integers[:, KIND].tolist():
