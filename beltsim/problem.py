@@ -102,6 +102,25 @@ class Observable:
         values: FloatArray = q @ self.row + np.cos(angle) @ self.cos + np.sin(angle) @ self.sin
         return values
 
+    def warnings(self, values: FloatArray) -> list[str]:
+        """One sentence per limit that `values` (nt,) of it cross: how often, and the extreme."""
+        found = []
+        unit = "" if self.unit == "1" else f" {self.unit}"
+        for limit, sign, verb, extreme in (
+            (self.lower, -1.0, "falls below", "lowest"),
+            (self.upper, 1.0, "exceeds", "highest"),
+        ):
+            beyond = sign * (values - limit) > 0.0
+            if not beyond.any():
+                continue
+            times = int(beyond[0]) + int(np.count_nonzero(beyond[1:] & ~beyond[:-1]))
+            worst = float(values[beyond][np.argmax(sign * values[beyond])]) * self.scale
+            found.append(
+                f"{self.name} {verb} {limit * self.scale:.6g}{unit} {times} "
+                f"time{'s' if times > 1 else ''} in the last period, {extreme} {worst:.6g}{unit}"
+            )
+        return found
+
 
 @dataclass(frozen=True, eq=False)
 class FrictionProblem:

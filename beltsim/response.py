@@ -337,6 +337,22 @@ def _travel(modes: list[str], places: list[float]) -> float:
     return sum(abs(after - before) for mode, before, after in ways if mode != "stick")
 
 
+def grazing_warnings(
+    events: EventLog, grazing: NearGrazing, span: tuple[float, float]
+) -> list[str]:
+    """A sentence on the events and touches of a stretch of time that are near grazing, if any."""
+    close = (events.quality != "simple") & (events.t > span[0]) & (events.t <= span[1])
+    touches = (grazing.t > span[0]) & (grazing.t <= span[1])
+    n_events, n_touches = int(np.count_nonzero(close)), int(np.count_nonzero(touches))
+    if not n_events and not n_touches:
+        return []
+    least = min([*events.margin[close], *grazing.margin[touches]])
+    return [
+        f"near grazing in the last period: {n_events} events and {n_touches} touches that another "
+        f"tolerance, or a slightly different system, would not have (smallest margin {least:.3g})"
+    ]
+
+
 def figures(
     problem: FrictionProblem,
     events: EventLog,

@@ -25,7 +25,7 @@ from beltsim.event_map.walk import (
 )
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.problem import FrictionProblem
-from beltsim.response import EventLog, NearGrazing, Window
+from beltsim.response import EventLog, NearGrazing, Window, grazing_warnings
 
 #: An event is near grazing when its margin, or the relative height by which it overshoots its
 #: threshold, half its relative rate squared, is below this; a touch, when its gap is.
@@ -141,3 +141,22 @@ def window_of(
         viscous_loss=often * found.loss,
         friction_loss=often * found.rubbed if rubs else None,
     )
+
+
+def warnings_of(
+    problem: FrictionProblem,
+    samples: tuple[FloatArray, FloatArray],
+    events: EventLog,
+    touches: NearGrazing,
+    span: tuple[float, float],
+) -> tuple[str, ...]:
+    """What a user should know of the last period `span`: limits crossed, events near grazing.
+
+    `samples`: times (nt,) and coordinates (nt, n); without any, limits are not looked at.
+    """
+    t, q = samples
+    inside = t >= span[0]
+    found = list(problem.warnings)
+    for seen in problem.observables if inside.any() else ():
+        found += seen.warnings(seen.at(t[inside], q[inside], problem.forcing.Omega))
+    return (*found, *grazing_warnings(events, touches, span))

@@ -160,6 +160,7 @@ def orbit_of(
     t = np.linspace(0.0, run.end, steps + 1)
     q, q_dot, torque = build.sampled_orbit(found, problem.n, t, half)
     speed = covered.speed / (run.end if half is None else half)
+    touches = build.near_grazing(problem, run, speed)
     mode = MODES[run.initial_mode]
     return Response(
         problem=problem,
@@ -171,7 +172,7 @@ def orbit_of(
         final_state=run.final_state,
         initial_mode=mode,
         events=_on_the_circle(events, run.end),
-        near_grazing=build.near_grazing(problem, run, speed),
+        near_grazing=touches,
         window=(0.0, run.end),
         **figures(problem, events, mode, window, cyclic=True)._asdict(),
         periodic=True,
@@ -179,7 +180,10 @@ def orbit_of(
         torque_coefficients=torque_coefficients,
         multipliers=multipliers,
         rest_interval=rest,
-        warnings=(*problem.warnings, *_unstable(multipliers)),
+        warnings=(
+            *build.warnings_of(problem, (t, q), events, touches, (0.0, run.end)),
+            *_unstable(multipliers),
+        ),
         statistics=statistics,
     )
 

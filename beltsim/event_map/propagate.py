@@ -136,6 +136,6 @@ def transient_response(problem: FrictionProblem, run: Any, settings: Settings) -
         **figure._asdict(),
         periodic=residual is not None and residual <= PERIODIC_TOLERANCE,
         total_dissipated_energy=total,
-        warnings=problem.warnings,
+        warnings=build.warnings_of(problem, (t, q), events, touches, (start, run.end)),
         statistics={"solver": "event_map", "events": len(events)},
     )

@@ -11,7 +11,7 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.friction import Coulomb, SaturatedCoulomb
-from beltsim.problem import FrictionProblem, Observable
+from beltsim.problem import FrictionProblem
 from beltsim.response import (
     EVENT_KINDS,
     EVENT_QUALITIES,
@@ -22,6 +22,7 @@ from beltsim.response import (
     Window,
     figures,
     friction_travel,
+    grazing_warnings,
 )
 from beltsim.transient.driver import MODE_NAMES, Driver, Recording
 
@@ -195,46 +196,11 @@ def _warnings(
         values = observable.at(
             t[inside], rec.sample_state[:count][inside, : problem.n], problem.forcing.Omega
         )
-        found += _limit_warnings(observable, values)
-    found += _grazing_warnings(events, grazing, span)
+        found += observable.warnings(values)
+    found += grazing_warnings(events, grazing, span)
     if isinstance(problem.friction, SaturatedCoulomb):
         found += _band_warnings(driver, seen)
     return tuple(found)
-
-
-def _limit_warnings(observable: Observable, values: FloatArray) -> list[str]:
-    """One sentence per limit that the samples cross: how often, and the extreme value."""
-    found = []
-    unit = "" if observable.unit == "1" else f" {observable.unit}"
-    for limit, sign, verb, extreme in (
-        (observable.lower, -1.0, "falls below", "lowest"),
-        (observable.upper, 1.0, "exceeds", "highest"),
-    ):
-        beyond = sign * (values - limit) > 0.0
-        if not beyond.any():
-            continue
-        times = int(beyond[0]) + int(np.count_nonzero(beyond[1:] & ~beyond[:-1]))
-        worst = float(values[beyond][np.argmax(sign * values[beyond])]) * observable.scale
-        found.append(
-            f"{observable.name} {verb} {limit * observable.scale:.6g}{unit} {times} "
-            f"time{'s' if times > 1 else ''} in the last period, {extreme} {worst:.6g}{unit}"
-        )
-    return found
-
-
-def _grazing_warnings(
-    events: EventLog, grazing: NearGrazing, span: tuple[float, float]
-) -> list[str]:
-    close = (events.quality != "simple") & (events.t > span[0]) & (events.t <= span[1])
-    touches = (grazing.t > span[0]) & (grazing.t <= span[1])
-    n_events, n_touches = int(np.count_nonzero(close)), int(np.count_nonzero(touches))
-    if not n_events and not n_touches:
-        return []
-    least = min([*events.margin[close], *grazing.margin[touches]])
-    return [
-        f"near grazing in the last period: {n_events} events and {n_touches} touches that another "
-        f"tolerance, or a slightly different system, would not have (smallest margin {least:.3g})"
-    ]
 
 
 def _band_warnings(driver: Driver, seen: dict[str, Any]) -> list[str]:

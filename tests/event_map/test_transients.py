@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from support.exact import exact_transient
+from support.grazing import stored_cases
 from support.precise import precise_transient
 from support.problems import random_problem, random_state
 
+import beltsim
 from beltsim import Coulomb, FrictionProblem, HarmonicForcing, event_map
 from beltsim.errors import CoreError, InvalidProblemError, UnsupportedLawError
 
@@ -168,3 +170,28 @@ def test_long_runs_go_on_in_stretches(monkeypatch):
     assert np.abs(cut.events.t - whole.events.t).max() <= 1e-11 * problem.period
     size = np.abs(whole.final_state).max()
     assert np.abs(cut.final_state - whole.final_state).max() <= 1e-11 * size
+
+
+def test_limits_crossed_and_grazing_are_told():
+    """Both kinds of result warn as the transient solver does."""
+    drive = beltsim.presets.zhu_parker_2008(mu=0.3)
+    problem = beltsim.assemble(drive, 6.3, friction=Coulomb(3.5), n_functions=4)
+    run = beltsim.transient.integrate(problem, 3.0)
+    exact = event_map.propagate(problem, 3.0)
+    assert any("falls below 0 N" in text for text in run.warnings)
+    assert [text.split(",")[0] for text in exact.warnings] == [
+        text.split(",")[0] for text in run.warnings
+    ]
+    orbit = event_map.periodic(problem)
+    assert any("tension of span" in text and "falls below" in text for text in orbit.warnings)
+    early = event_map.propagate(problem, 0.01)
+    assert early.warnings == problem.warnings
+
+
+def test_a_touch_in_the_last_period_is_told():
+    case = next(case for case in stored_cases(12))
+    run = event_map.propagate(case.at(1e-10), PERIODS)
+    span = run.window
+    times = [*run.near_grazing.t, *run.events.t[run.events.quality != "simple"]]
+    last = any(span[0] < t <= span[1] for t in times)
+    assert last == any("near grazing" in text for text in run.warnings)
