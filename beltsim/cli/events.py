@@ -60,8 +60,8 @@ def run(options: argparse.Namespace) -> int:
     say(job.source.drive.name or job.stem.name, *operating_lines(job.survey, job.problem), "")
     say(f"The arm is locked from Q_m = {job.Q_cr:.4g}", "")
     say(*table(_TITLES, [_row(job.problem, Q, orbit) for Q, orbit in found]))
-    warnings = [text for _, one in found if isinstance(one, Response) for text in one.warnings]
-    say(*warning_lines(tuple(dict.fromkeys((*job.survey.warnings, *warnings)))))
+    orbits = [one for _, one in found if isinstance(one, Response)]
+    say(*warning_lines((*job.survey.warnings, *_warnings(job.problem, orbits))))
     if written:
         say("", "Written", *(f"  {path}" for path in written))
     for Q, orbit in found:
@@ -70,6 +70,25 @@ def run(options: argparse.Namespace) -> int:
     complain(trouble)
     failed = any(not isinstance(orbit, Response) for _, orbit in found)
     return 1 if trouble or failed else 0
+
+
+def _warnings(problem: FrictionProblem, orbits: list[Response]) -> list[str]:
+    """Each warning of the orbits once; limits that are crossed, over all torques together."""
+    names = tuple(seen.name for seen in problem.observables)
+    found = [text for one in orbits for text in one.warnings if not text.startswith(names)]
+    for seen in problem.observables:
+        unit = "" if seen.unit == "1" else f" {seen.unit}"
+        values = [seen.at(one.t, one.q, one.problem.forcing.Omega) for one in orbits]
+        for limit, sign, verb in ((seen.lower, -1.0, "falls below"), (seen.upper, 1.0, "exceeds")):
+            worst = [sign * float((sign * each).max()) for each in values]
+            beyond = [each for each in worst if sign * (each - limit) > 0.0]
+            if beyond:
+                extreme = sign * max(sign * each for each in beyond) * seen.scale
+                found.append(
+                    f"{seen.name} {verb} {limit * seen.scale:.6g}{unit} at {len(beyond)} of "
+                    f"{len(orbits)} torques, as far as {extreme:.6g}{unit}"
+                )
+    return list(dict.fromkeys(found))
 
 
 _TITLES = ("Q_m", "N m", "phases", "nu", "stops", "stick", "loss", "multiplier")
