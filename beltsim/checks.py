@@ -47,6 +47,27 @@ def finite_array(value: Any, ndim: int) -> FloatArray | None:
     return array if np.isfinite(array).all() else None
 
 
+def not_finite_words(value: Any) -> str | None:
+    """The first entry of the array `value` that is not finite, in words; None when all are.
+
+    Examples
+    --------
+    >>> not_finite_words([[1.0, 2.0], [float("nan"), 0.0]])
+    'nan at [1, 0]'
+    """
+    try:
+        array = np.asarray(value)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    if array.dtype.kind != "f":
+        return None
+    bad = np.argwhere(~np.isfinite(array))
+    if len(bad) == 0:
+        return None
+    more = f" and {len(bad) - 1} more" if len(bad) > 1 else ""
+    return f"{array[tuple(bad[0])]:g} at {bad[0].tolist()}{more}"
+
+
 def read_only(array: Any) -> FloatArray:
     """A C-contiguous float copy of `array` that nobody can write to."""
     copy = np.array(array, dtype=np.float64, order="C", copy=True)

@@ -43,6 +43,20 @@ class Mistake:
         return f"{self.field} = {shown}: must be {self.allowed}"
 
 
+def short_name(name: str, most: int = 20) -> str:
+    """`name`, or its two ends where it has more than `most` characters.
+
+    Examples
+    --------
+    >>> short_name("ALT"), short_name("Water pump of the second engine, rear side")
+    ('ALT', 'Water pump...ar side')
+    """
+    if len(name) <= most:
+        return name
+    tail = (most - 3) * 2 // 5
+    return f"{name[: most - 3 - tail].rstrip()}...{name[-tail:].lstrip()}"
+
+
 class BeltsimError(Exception):
     """Base of every error that beltsim raises on purpose."""
 

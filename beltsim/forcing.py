@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from beltsim.checks import FloatArray, finite_array, read_only, real_number
+from beltsim.checks import FloatArray, finite_array, not_finite_words, read_only, real_number
 from beltsim.errors import InvalidProblemError, Mistake
 
 
@@ -58,7 +58,8 @@ class HarmonicForcing:
             array = finite_array(getattr(self, name), ndim=2)
             if array is None or array.shape[0] < 1:
                 allowed = "a finite array of shape (H + 1, n), one row per harmonic from 0"
-                mistakes.append(Mistake(f"forcing.{name}", getattr(self, name), allowed))
+                value = not_finite_words(getattr(self, name)) or getattr(self, name)
+                mistakes.append(Mistake(f"forcing.{name}", value, allowed))
             else:
                 rows[name] = array
         if len(rows) == 2 and rows["cos"].shape != rows["sin"].shape:
@@ -72,6 +73,13 @@ class HarmonicForcing:
         object.__setattr__(self, "Omega", Omega)
         for name, array in rows.items():
             object.__setattr__(self, name, read_only(array))
+
+    def __repr__(self) -> str:
+        used = np.flatnonzero(self.cos.any(axis=1) | self.sin.any(axis=1)).tolist()
+        return (
+            f"<HarmonicForcing: Omega = {self.Omega:.6g}, {self.cos.shape[1]} coordinates, "
+            f"harmonics {', '.join(map(str, used)) or 'none'}>"
+        )
 
     @property
     def period(self) -> float:

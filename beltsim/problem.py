@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from beltsim.checks import FloatArray, finite_array, read_only
+from beltsim.checks import FloatArray, finite_array, not_finite_words, read_only
 from beltsim.errors import InvalidProblemError, Mistake
 from beltsim.forcing import HarmonicForcing
 from beltsim.friction import Coulomb, FrictionLaw, SaturatedCoulomb
@@ -188,6 +188,13 @@ class FrictionProblem:
         object.__setattr__(self, "observables", tuple(self.observables))
         object.__setattr__(self, "warnings", tuple(self.warnings))
 
+    def __repr__(self) -> str:
+        place = "" if self.joint is None else f" ({(self.labels or ())[self.joint]})"
+        return (
+            f"<FrictionProblem: n = {self.n}, joint {self.joint}{place}, {self.friction}, "
+            f"Omega = {self.forcing.Omega:.6g}, harmonics up to {self.forcing.n_harmonics}>"
+        )
+
     @property
     def n(self) -> int:
         """Number of coordinates, the joint included."""
@@ -271,7 +278,9 @@ def _checked_matrices(problem: FrictionProblem) -> tuple[dict[str, FloatArray], 
     for name in "MCGK":
         array = finite_array(getattr(problem, name), ndim=2)
         if array is None or array.shape[0] != array.shape[1]:
-            mistakes.append(Mistake(name, getattr(problem, name), "a finite array of shape (n, n)"))
+            given = getattr(problem, name)
+            value = not_finite_words(given) or given
+            mistakes.append(Mistake(name, value, "a finite array of shape (n, n)"))
         else:
             found[name] = array
     if "M" not in found:
@@ -364,6 +373,10 @@ def _companion_mistakes(problem: FrictionProblem, n: int) -> list[Mistake]:
             mistakes.append(Mistake("labels", labels, f"a sequence of {n} names"))
         elif len(labels) != n:
             mistakes.append(Mistake("labels", f"{len(labels)} names", f"{n} names"))
+        elif len(set(labels)) < n:
+            twice = next(label for label in labels if list(labels).count(label) > 1)
+            places = [i for i, label in enumerate(labels) if label == twice]
+            mistakes.append(Mistake("labels", f"{twice!r} at {places}", "different names"))
     if scales is not None and not isinstance(scales, Scales):
         mistakes.append(Mistake("scales", scales, "Scales or None"))
     elif scales is not None:

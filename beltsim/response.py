@@ -84,6 +84,11 @@ class EventLog:
     def __len__(self) -> int:
         return len(self.t)
 
+    def __repr__(self) -> str:
+        counts = [f"{np.count_nonzero(self.kind == kind)} {kind}" for kind in EVENT_KINDS]
+        span = f", t = {self.t[0]:.6g} to {self.t[-1]:.6g}" if len(self) else ""
+        return f"<EventLog: {len(self)} events ({', '.join(counts)}){span}>"
+
     @classmethod
     def empty(cls, n: int = 0) -> EventLog:
         """A log without events, for a state of `n` coordinates."""
@@ -127,6 +132,10 @@ class NearGrazing:
 
     def __len__(self) -> int:
         return len(self.t)
+
+    def __repr__(self) -> str:
+        least = f", smallest margin {self.margin.min():.2g}" if len(self) else ""
+        return f"<NearGrazing: {len(self)} touches{least}>"
 
     @classmethod
     def empty(cls) -> NearGrazing:
@@ -259,13 +268,36 @@ class Response:
                 series.flags.writeable = False
                 object.__setattr__(self, name, series)
 
+    def __repr__(self) -> str:
+        problem = self.problem
+        span = f"{self.t[0]:.6g} to {self.t[-1]:.6g}" if len(self.t) else "none"
+        parts = [
+            f"n = {problem.n}, {problem.friction or 'no friction'}",
+            f"{len(self.t)} samples (t: {span}), {len(self.events)} events",
+            f"sticks {self.stick_fraction:.2%}, loses {self.dissipated_energy:.6g} per window",
+            f"{'periodic' if self.periodic else 'not periodic'}, {len(self.warnings)} warnings",
+        ]
+        return f"<{type(self).__name__}: {'; '.join(parts)}>"
+
     def observe(self, name: str) -> FloatArray:
-        """Values (nt,) of the problem's observable `name` at the samples, in problem units."""
+        """Values (nt,) of the observable or coordinate `name` at the samples, in problem units.
+
+        Raises
+        ------
+        KeyError
+            When the problem has neither; the message lists both.
+        """
         for seen in self.problem.observables:
             if seen.name == name:
                 return seen.at(self.t, self.q, self.problem.forcing.Omega)
+        labels = self.problem.labels or ()
+        if name in labels:
+            return self.q[:, labels.index(name)]
         known = ", ".join(seen.name for seen in self.problem.observables) or "none"
-        raise KeyError(f"no observable {name!r}; this problem has: {known}")
+        raise KeyError(
+            f"no observable or coordinate {name!r}; observables: {known}; "
+            f"coordinates: {', '.join(labels)}"
+        )
 
     def to_xarray(self) -> Any:
         """Labelled dataset with units, inputs and version (needs xarray)."""

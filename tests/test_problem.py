@@ -318,3 +318,33 @@ def test_an_observable_follows_state_and_forcing():
     t, q = np.array([0.0, 0.4]), np.array([[1.0, 2.0], [3.0, -1.0]])
     expected = q @ [1.0, -2.0] + 0.5 + np.cos(1.5 * t) + 2.0 * np.sin(1.5 * t)
     assert np.allclose(SEEN.at(t, q, 1.5), expected, rtol=0, atol=1e-15)
+
+
+def test_an_entry_that_is_not_finite_is_named_with_its_place():
+    K = np.diag(np.arange(1.0, 41.0))
+    K[3, 7] = np.nan
+    with pytest.raises(
+        InvalidProblemError, match=r"^K = 'nan at \[3, 7\]': must be a finite array"
+    ):
+        FrictionProblem(np.eye(40), np.zeros((40, 40)), np.zeros((40, 40)), K, None, REST_40, None)
+    with pytest.raises(InvalidProblemError, match=r"forcing.cos = 'inf at \[1, 0\] and 1 more'"):
+        HarmonicForcing(1.0, [[0.0, 0.0], [np.inf, np.inf]], np.zeros((2, 2)))
+
+
+REST_40 = HarmonicForcing(1.0, np.zeros((1, 40)), np.zeros((1, 40)))
+
+
+def test_two_coordinates_of_one_name_are_refused():
+    with pytest.raises(
+        InvalidProblemError, match=r"labels = \"'a' at \[0, 1\]\": must be differen"
+    ):
+        build(labels=("a", "a"))
+
+
+def test_its_text_is_one_short_line():
+    text = repr(build(labels=("a", "b")))
+    assert "n = 2" in text
+    assert "joint 1 (b)" in text
+    assert "Coulomb(Q_m=" in text
+    assert len(text) < 200
+    assert repr(build().forcing).startswith("<HarmonicForcing: Omega = ")

@@ -248,5 +248,24 @@ def test_observing_by_name():
     assert tension.shape == response.t.shape
     seen = response.problem.observables[0]
     assert tension[0] == pytest.approx(response.q[0] @ seen.row + seen.cos.sum())
-    with pytest.raises(KeyError, match="no observable 'tension'; this problem has: "):
+    with pytest.raises(KeyError, match="no observable or coordinate 'tension'; observables: "):
         response.observe("tension")
+
+
+def test_texts_are_short():
+    response = stick_slip(periods=3)
+    assert f"n = {response.problem.n}, Coulomb(Q_m=" in repr(response)
+    assert f"{len(response.events)} events" in repr(response)
+    assert "periodic" in repr(response)
+    assert "stick" in repr(response.events)
+    assert repr(EventLog.empty()).startswith("<EventLog: 0 events")
+    assert repr(NearGrazing.empty()) == "<NearGrazing: 0 touches>"
+    assert max(len(repr(part)) for part in (response, response.events)) < 400
+
+
+def test_coordinates_are_observed_by_their_labels():
+    response = stick_slip(periods=3)
+    for i, label in enumerate(response.problem.labels):
+        assert np.array_equal(response.observe(label), response.q[:, i])
+    with pytest.raises(KeyError, match=r"observables: .*; coordinates: span1.sin1, theta_t"):
+        response.observe("q99")

@@ -12,6 +12,7 @@ from beltsim.cli.operation import examined, friction_given, merged
 from beltsim.cli.source import read_source
 from beltsim.cli.steady import (
     frequency_lines,
+    meeting_lines,
     operating_lines,
     pulley_lines,
     rest_lines,
@@ -34,5 +35,6 @@ def run(options: argparse.Namespace) -> int:
     say(source.drive.name or options.file, *operating_lines(found, problem), "")
     say("Steady state", *rest_lines(found), "", *span_lines(found), "", *pulley_lines(found), "")
     say("Natural frequencies (undamped)", *frequency_lines(found, options.count))
+    say(*meeting_lines(found))
     say(*warning_lines(found.warnings))
     return 0

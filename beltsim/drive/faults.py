@@ -10,6 +10,9 @@ go wrong, in the order it is looked for:
 * two spans cross, or a span runs through a pulley that it does not touch. A span that crosses
   another pulley's wrap arc enters that pulley, so these two tests find every crossing.
 
+Where the other side of one pulley would make the layout sound, that is said in place of its
+consequences, which show at its neighbours too.
+
 Depends on: errors, checks, tracing.
 """
 
@@ -24,6 +27,9 @@ from beltsim.checks import FloatArray
 from beltsim.drive.tracing import Trace, cross, trace
 from beltsim.drive.wording import Words
 from beltsim.errors import Mistake
+
+#: Largest drive in which other sides are tried, each at the price of a whole check.
+MOST_TRIED = 30
 
 
 def layout_faults(
@@ -60,11 +66,40 @@ def layout_faults(
     if not found:
         return []
     backwards = _path_faults(loop.backwards())
+    if backwards:
+        found = _other_sides(loop, found)
     if not backwards or (len(backwards) < len(found) and _area(center) < 0.0):
         value = Words(f"the order {', '.join(names)}")
         allowed = "listed counter-clockwise along the belt loop; this list is clockwise: reverse it"
         return [Mistake("pulleys", value, allowed), *backwards]
     return found
+
+
+def _other_sides(loop: _Loop, found: list[Mistake]) -> list[Mistake]:
+    """`found`, or the one pulley whose other side alone makes the layout sound."""
+    if loop.n > MOST_TRIED:
+        return found
+    flips = np.where(np.eye(loop.n, dtype=bool), -loop.side, loop.side)
+    repairs = [j for j in range(loop.n) if not _path_faults(loop._replace(side=flips[j]))]
+    named = {mistake.field for mistake in found}
+    if not repairs or (len(repairs) == 1 and named == {f"pulleys[{repairs[0]}]"}):
+        return found  # the one mistake names that pulley and its other side already
+    said = [f"{loop.names[j]} of side {_sides(loop, j)[1]!r}" for j in repairs]
+    if len(repairs) > 1:
+        allowed = f"such that the belt meets every pulley: {', or '.join(said)} would do"
+        return [Mistake("pulleys", Words("the sides"), allowed), *found]
+    j = repairs[0]
+    side, other = _sides(loop, j)
+    allowed = (
+        f"{other!r}, or {loop.names[j]} elsewhere: with this change alone the belt meets every "
+        "pulley in the order of the list"
+    )
+    return [Mistake(f"pulleys[{loop.place[j]}].side", side, allowed)]
+
+
+def _sides(loop: _Loop, j: int) -> tuple[str, str]:
+    """The side of pulley `j`, and the other one."""
+    return ("inside", "back") if loop.side[j] > 0 else ("back", "inside")
 
 
 class _Loop(NamedTuple):
@@ -162,7 +197,7 @@ def _span_ends(loop: _Loop, path: Trace) -> tuple[FloatArray, FloatArray]:
 
 
 def _missed_mistake(loop: _Loop, j: int, wrap: float) -> Mistake:
-    kind, other = ("inside", "back") if loop.side[j] > 0 else ("back", "inside")
+    kind, other = _sides(loop, j)
     value = Words(f"{loop.names[j]}, wrapped by {np.degrees(wrap):.1f} deg")
     allowed = (
         f"touched by the belt, which misses it as a pulley of side {kind!r} at this place; "

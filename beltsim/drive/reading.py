@@ -17,6 +17,18 @@ from beltsim.errors import InvalidDriveError
 
 #: Largest drive file that is read, bytes.
 MAX_BYTES = 1_000_000
+#: How files begin that are given in place of a drive file.
+_LOOKS = (
+    (b"\x89PNG", "a PNG picture"),
+    (b"\xff\xd8\xff", "a JPEG picture"),
+    (b"%PDF", "a PDF document"),
+    (b"PK\x03\x04", "a ZIP archive, or a spreadsheet or document of an office program"),
+    (b"\x1f\x8b", "compressed by gzip"),
+    (b"\x89HDF", "a netCDF (HDF5) file; results are read by `beltsim.load`"),
+    (b"CDF", "a classic netCDF file, which beltsim does not write"),
+    (b"\xff\xfe", "UTF-16 text; save it as UTF-8"),
+    (b"\xfe\xff", "UTF-16 text; save it as UTF-8"),
+)
 
 
 def load_drive(path: str | PathLike[str]) -> Drive:
@@ -49,7 +61,7 @@ def _text(file: Path) -> str:
             raise InvalidDriveError(f"{file}: a folder; name the drive file in it")
         if file.exists() and not file.is_file():
             raise InvalidDriveError(f"{file}: not a regular file")
-        size = file.stat().st_size
+        size, look = file.stat().st_size, _looks_like(file)
         if size <= MAX_BYTES:
             with file.open("rb") as stream:
                 raw = stream.read(MAX_BYTES + 1)
@@ -60,6 +72,8 @@ def _text(file: Path) -> str:
     except (OSError, ValueError) as error:  # ValueError: a null character in the path
         reason = getattr(error, "strerror", None) or str(error)
         raise InvalidDriveError(f"{str(file)!r}: cannot be read ({reason})") from error
+    if look:
+        raise InvalidDriveError(f"{file}: no drive file but {look}")
     if size > MAX_BYTES:
         raise InvalidDriveError(
             f"{file}: {size} bytes; a drive file has at most {MAX_BYTES} (is it the right file?)"
@@ -72,6 +86,18 @@ def _text(file: Path) -> str:
             f"{file}: line {line} is not UTF-8 text (byte 0x{raw[error.start]:02x}); "
             "save the file as UTF-8"
         ) from error
+
+
+def _looks_like(file: Path) -> str:
+    """What a file is that cannot be a drive file, by its first bytes and its name."""
+    with file.open("rb") as stream:
+        first = stream.read(512)
+    for signature, what in _LOOKS:
+        if first.startswith(signature):
+            return what
+    if file.suffix.lower() == ".nc":
+        return "something else whose name ends in .nc: it is no netCDF file either"
+    return "binary data" if b"\0" in first and file.stat().st_size <= MAX_BYTES else ""
 
 
 def _parsed(file: Path, text: str, parse: Callable[[str], Any]) -> Any:

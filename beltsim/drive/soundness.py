@@ -4,7 +4,7 @@ Three kinds of checks speak together: the type and range of each value (pydantic
 reworded), keys that depend on each other, and the layout. A check is skipped only when a value it
 needs is itself missing or wrong.
 
-Depends on: errors, faults, schema, wording.
+Depends on: errors, checks, faults, schema, wording.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
+from beltsim.checks import real_number
 from beltsim.drive.faults import layout_faults
 from beltsim.drive.schema import (
     Belt,
@@ -49,6 +50,8 @@ TABLES: dict[tuple[str, ...], type[BaseModel]] = {
     ("overrides",): Overrides,
 }
 
+#: Keys of points, two numbers of one unit.
+POINTS = ("center_m", "pivot_m")
 #: Wrong values and keys that are told one by one; a drive file never has more.
 MOST_TOLD = 500
 
@@ -83,14 +86,11 @@ def mistakes_in(tables: Mapping[str, Any], error: ValidationError | None = None)
     entries = error.errors(include_url=False, include_context=False) if error else []
     entries = [entry for entry in entries if not _short_of_sound_ones(entry)]
     bad: set[Location] = {tuple(entry["loc"]) for entry in entries}
-    found = [
-        _reworded(tuple(entry["loc"]), entry["type"], entry["input"])
-        for entry in entries[:MOST_TOLD]
-    ]
+    given = _Given(tables, bad)
+    found = [_reworded(given, entry) for entry in entries[:MOST_TOLD]]
     if len(entries) > MOST_TOLD:
         more = Words(f"{len(entries) - MOST_TOLD} further mistakes")
         found.append(Mistake("drive", more, "a drive file; is this one?"))
-    given = _Given(tables, bad)
     for check in (_belt, _tensioner, _speed, _excitation, _roles, _names, _overrides, _layout):
         found += check(given)
     return list({mistake.field + str(mistake): mistake for mistake in found}.values())
@@ -159,8 +159,9 @@ class _Given:
         return rows if rows and all(row is not None for row in rows) else None
 
 
-def _reworded(location: Location, kind: str, value: Any) -> Mistake:
+def _reworded(given: _Given, entry: ErrorDetails) -> Mistake:
     """Finding of pydantic as a mistake with its path, value and what is allowed."""
+    location, kind, value = tuple(entry["loc"]), entry["type"], entry["input"]
     names = tuple(part for part in location if isinstance(part, str))
     if not names:  # a key that is no text: pydantic looks no further
         return Mistake("drive", shown(value), "a table whose keys are those of a drive file")
@@ -175,7 +176,14 @@ def _reworded(location: Location, kind: str, value: Any) -> Mistake:
         location = location[:-1]  # too short a list of numbers: speak of the list
     elif kind == "missing":
         value = MISSING
-    allowed = f"{field.description}{_customary(str(names[-1]), value, field)}"
+    key = str(names[-1])
+    if key in POINTS and isinstance(location[-1], int):  # both numbers are in one unit
+        return Mistake(
+            path_words(location),
+            shown(value),
+            f"{field.description}{_in_millimetres(given.entry(*location[:-1]))}",
+        )
+    allowed = f"{field.description}{_customary(key, value, field)}"
     return Mistake(path_words(location), shown(value), allowed)
 
 
@@ -204,8 +212,6 @@ def _customary(key: str, value: Any, field: FieldInfo) -> str:
         for bound in ("gt", "ge", "lt", "le")
         if getattr(rule, bound, None) is not None
     ]
-    if key in ("center_m", "pivot_m"):
-        limits = [("ge", -10.0), ("le", 10.0)]
     if key == "span_lengths_m":
         limits = [("ge", 1e-3), ("le", 20.0)]
     tests = {"gt": float.__gt__, "ge": float.__ge__, "lt": float.__lt__, "le": float.__le__}
@@ -215,6 +221,18 @@ def _customary(key: str, value: Any, field: FieldInfo) -> str:
             fits = limits and all(tests[bound](number, float(limit)) for bound, limit in limits)
             return f"; {value:g} {unit} would be {number:g}" if fits else ""
     return ""
+
+
+def _in_millimetres(point: Any) -> str:
+    """A point in metres, if it makes sense in millimetres."""
+    numbers = [real_number(value) for value in point] if isinstance(point, Sequence) else []
+    if len(numbers) != 2 or not all(n is not None and abs(n) <= 1e4 for n in numbers):
+        return ""
+    x, y = (float(n or 0.0) for n in numbers)
+    if all(number == 0.0 or abs(number) >= 1.0 for number in (x, y)):
+        return f"; [{x:g}, {y:g}] mm would be [{1e-3 * x:g}, {1e-3 * y:g}]"
+    large = max(x, y, key=abs)
+    return f"; {large:g} mm would be {1e-3 * large:g}"
 
 
 def _one_of(given: _Given, location: Location, keys: tuple[str, str]) -> list[Mistake]:

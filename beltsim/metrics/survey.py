@@ -18,10 +18,12 @@ from beltsim import linear
 from beltsim.metrics.hub_loads import newtons, steady_hub_loads
 from beltsim.metrics.mode_kind import ModeKind, mode_kind
 from beltsim.model.assemble import assemble_driven, chain
+from beltsim.model.plausible import windup_deg
 from beltsim.problem import FrictionProblem
 
 if TYPE_CHECKING:
     from beltsim.drive import Drive
+    from beltsim.drive.schema import CrankOrder
     from beltsim.friction import FrictionLaw
     from beltsim.model.crank import DrivenSystem
 
@@ -76,6 +78,8 @@ class Survey:
         Rest angle of the arm from the reference state, counter-clockwise; None without a tensioner.
     spring_torque_N_m : float or None
         Size of the torque of the arm's spring at that angle.
+    spring_windup_deg : float or None
+        Angle by which the spring is wound up in the reference state.
     friction_torque_N_m : float or None
         Kinetic friction torque of the arm.
     free, locked : tuple of SurveyedMode
@@ -86,6 +90,10 @@ class Survey:
         The same in N m.
     decay_free, decay_locked : float or None
         Decay of the slowest mode per forcing period: exp(-decay x) is left after x periods.
+    orders : tuple of CrankOrder
+        The crank's motion about its mean speed, order by order.
+    default_excitation : bool
+        Whether the drive gives no excitation, so that the orders are the default.
     warnings : tuple of str
     """
 
@@ -97,6 +105,7 @@ class Survey:
     pulleys: tuple[SurveyedPulley, ...]
     arm_angle_rad: float | None
     spring_torque_N_m: float | None
+    spring_windup_deg: float | None
     friction_torque_N_m: float | None
     free: tuple[SurveyedMode, ...]
     locked: tuple[SurveyedMode, ...]
@@ -104,6 +113,8 @@ class Survey:
     critical_torque_N_m: float | None
     decay_free: float
     decay_locked: float | None
+    orders: tuple[CrankOrder, ...]
+    default_excitation: bool
     warnings: tuple[str, ...]
 
 
@@ -160,6 +171,7 @@ def survey(
         pulleys=_pulleys(drive, driven),
         arm_angle_rad=scaled.frame.sign * state.theta_t if jointed else None,
         spring_torque_N_m=abs(spring) * unit if jointed else None,
+        spring_windup_deg=windup_deg(drive),
         friction_torque_N_m=unit * law.Q_m if law is not None else None,
         free=_modes(problem, False, n_modes),
         locked=_modes(problem, True, n_modes) if jointed else (),
@@ -167,6 +179,8 @@ def survey(
         critical_torque_N_m=None if Q_cr is None else Q_cr * unit,
         decay_free=linear.decay(problem),
         decay_locked=linear.decay(problem, locked=True) if jointed else None,
+        orders=drive.orders,
+        default_excitation="excitation" not in drive.model_fields_set,
         warnings=(*drive.layout.warnings, *problem.warnings),
     )
 

@@ -9,7 +9,8 @@ Depends on: model.*, problem, forcing, friction, checks, errors; drive for its t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from os import PathLike
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from beltsim.forcing import HarmonicForcing
 from beltsim.friction import Coulomb, FrictionLaw, SaturatedCoulomb
 from beltsim.model import crank, galerkin, modal, operating_point, scaling, steady_state
 from beltsim.model.crank import DrivenSystem
+from beltsim.model.plausible import plausibility_warnings
 from beltsim.problem import FrictionProblem, Observable, Scales
 
 if TYPE_CHECKING:
@@ -120,7 +122,11 @@ def assemble_driven(
         labels=coordinates.labels,
         scales=Scales(scaled.time_s, scaled.torque_N_m, coordinates.scale, coordinates.units),
         observables=_observables(driven),
-        warnings=driven.system.state.warnings + _friction_warning(law, scaled.preload),
+        warnings=(
+            *plausibility_warnings(drive),
+            *driven.system.state.warnings,
+            *_friction_warning(law, scaled.preload, scaled.torque_N_m),
+        ),
     )
 
 
@@ -137,6 +143,7 @@ def chain(
     Parameters are those of `assemble`. The intermediate nouns hang on the result: `.system`
     (LinearSystem), `.system.state` (SteadyState), `.system.state.point`, `.drive`.
     """
+    _require_drive(drive)
     point = operating_point.operate(scaling.scale(drive), _firing_frequency(drive, Omega, rpm))
     system = galerkin.discretise(steady_state.solve(point), n_functions, residual_flexibility)
     return crank.prescribe(system)
@@ -151,6 +158,14 @@ def friction_of(drive: Drive) -> Coulomb | None:
     static = tensioner.static_friction_torque_N_m
     kinetic = tensioner.friction_torque_N_m
     return Coulomb(kinetic / unit, None if static is None else static / unit)
+
+
+def _require_drive(drive: Any) -> None:
+    from beltsim.drive import Drive  # loads pydantic, as whoever has a drive did before
+
+    if not isinstance(drive, Drive):
+        name = repr(str(drive)) if isinstance(drive, str | PathLike) else "path"
+        raise InvalidProblemError(Mistake("drive", drive, f"a Drive: beltsim.load_drive({name})"))
 
 
 def _firing_frequency(drive: Drive, Omega: float | None, rpm: float | None) -> float:
@@ -185,10 +200,10 @@ def _observables(driven: DrivenSystem) -> tuple[Observable, ...]:
     return tuple(found)
 
 
-def _friction_warning(law: FrictionLaw | None, preload: float) -> tuple[str, ...]:
+def _friction_warning(law: FrictionLaw | None, preload: float, unit: float) -> tuple[str, ...]:
     if not isinstance(law, Coulomb | SaturatedCoulomb) or law.Q_m <= abs(preload):
         return ()
     return (
-        f"friction torque Q_m = {law.Q_m:.4g} exceeds the spring torque {abs(preload):.4g} "
-        "(in P0 r_t): the arm cannot return by itself",
+        f"friction torque {law.Q_m * unit:.4g} N m (Q_m = {law.Q_m:.4g}) exceeds the spring torque "
+        f"{abs(preload) * unit:.4g} N m ({abs(preload):.4g}): the arm cannot return by itself",
     )

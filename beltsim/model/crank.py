@@ -195,7 +195,9 @@ def _coordinates(drive: DimensionlessDrive, basis: Basis, crank_free: bool) -> C
         scale += [float(drive.span_length[span]) * drive.length_m] * len(k)
     pulleys = [j for j in frame.pulleys.tolist() if crank_free or j != drive.crank]
     index += [P + j for j in pulleys]
-    labels += [f"theta_{drive.names[j]}" for j in pulleys]
+    # a pulley called "t" must not pass for the arm
+    names = ["t (pulley)" if drive.names[j] == "t" else drive.names[j] for j in pulleys]
+    labels += [f"theta_{name}" for name in names]
     sign += [1.0] * len(pulleys)
     if drive.arm is not None:
         index.append(P + drive.n)

@@ -46,7 +46,7 @@ Q_m, Q_s    Q_m, Q_s              kinetic, static friction torque              P
 P_di        tension_rows          dynamic tension of span i                    P0
 ==========  ====================  ===========================================  =====================
 
-Depends on: drive (its type only), checks.
+Depends on: drive (its type only), checks, errors.
 """
 
 from __future__ import annotations
@@ -61,6 +61,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from beltsim.checks import FloatArray, read_only
+from beltsim.errors import short_name
 
 if TYPE_CHECKING:
     from beltsim.drive import Drive
@@ -223,7 +224,8 @@ class DimensionlessDrive:
         """Name of canonical span `span`, numbered and directed as the user listed it."""
         number = int(self.frame.spans[span])
         ends = self.frame.pulleys[[number, (number + 1) % self.n]]
-        return f"span {number + 1} ({self.names[ends[0]]} - {self.names[ends[1]]})"
+        one, other = (short_name(self.names[j]) for j in ends)
+        return f"span {number + 1} ({one} - {other})"
 
 
 #: Scaled drives by the id of their drive, with a weak reference that proves the id still holds.

@@ -334,12 +334,15 @@ def _warnings(
         )
     if abs(theta_t) > ARM_ANGLE_LIMIT_RAD:
         found.append(
-            f"steady arm angle {drive.frame.sign * theta_t:.3g} rad (beyond "
-            f"{ARM_ANGLE_LIMIT_RAD:g}): the model is linear in the arm's rotation"
+            f"steady arm angle {math.degrees(drive.frame.sign * theta_t):.3g} deg (beyond "
+            f"{math.degrees(ARM_ANGLE_LIMIT_RAD):.2g} deg): the model is linear in the arm's "
+            "rotation"
         )
     if drive.arm is not None and abs(drive.preload) < PRELOAD_LIMIT:
         found.append(
-            f"the arm is in line with the belt's pull: its moment {drive.preload:.3g} P0 r_t is "
-            f"below {PRELOAD_LIMIT:g} in size"
+            "the arm is nearly in line with the belt's pull, whose moment about the pivot is only "
+            f"{drive.preload * drive.torque_N_m:.3g} N m, {abs(drive.preload):.2g} of P0 r_t (less "
+            f"than {PRELOAD_LIMIT:g}): it hardly tightens the belt; move tensioner.pivot_m so that "
+            "the arm stands across the pull"
         )
     return tuple(found)

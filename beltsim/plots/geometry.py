@@ -1,6 +1,6 @@
 """Layout of a drive: pulleys, belt, arm, names and the sense of travel.
 
-Depends on: drive (for its type only); plots.labels, plots.style.
+Depends on: drive (for its type only), errors; plots.labels, plots.style.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltsim.checks import FloatArray
+from beltsim.errors import short_name
 from beltsim.plots.labels import Room
 from beltsim.plots.style import BLUE, GREY, INK, VERMILLION, new_figure, plain
 
@@ -126,7 +127,8 @@ def _draw_pulley(axes: Any, where: Layout, j: int, role: str, room: Room, point:
     face, edge = _FACE[role], _EDGE[role]
     axes.add_patch(Circle(centre, radius, facecolor=face, edgecolor=edge, linewidth=1.2, zorder=2))
     axes.plot(*centre, "+", color=edge, markersize=6, zorder=6)
-    lines = [where.names[j]] if role == "fixed" else [where.names[j], f"({role})"]
+    name = short_name(where.names[j])
+    lines = [name] if role == "fixed" else [name, f"({role})"]
     half = 0.5 * point * np.array([_LETTER * max(map(len, lines)), _LINE * len(lines)])
     spot = centre - np.array([0.0, half[1] + 7.0 * point])
     fits = np.hypot(half[0], 2.0 * half[1] + 7.0 * point) < radius - 4.0 * point

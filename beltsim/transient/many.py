@@ -15,7 +15,7 @@ from concurrent.futures import ThreadPoolExecutor
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
-from beltsim.transient.run import integrate
+from beltsim.transient.run import common_mistakes, integrate
 from beltsim.transient.settings import Settings
 
 
@@ -46,7 +46,7 @@ def solve_many(
     Raises
     ------
     InvalidProblemError
-        When `workers` is not a positive integer.
+        When `workers`, `periods` or `settings`, which all runs share, cannot be used.
 
     Examples
     --------
@@ -58,8 +58,13 @@ def solve_many(
     [True, True]
     """
     count = _cores() if workers is None else workers
+    mistakes = common_mistakes(periods, Settings() if settings is None else settings)
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
+        mistakes.append(Mistake("workers", workers, "None or an integer >= 1"))
+    if not isinstance(problems, Iterable):
+        mistakes.append(Mistake("problems", problems, "a sequence of FrictionProblem"))
+    if mistakes:
+        raise InvalidProblemError(mistakes)
 
     def one(problem: FrictionProblem) -> Response | BeltsimError:
         try:

@@ -95,16 +95,12 @@ def _checked(
     problem: Any, periods: Any, initial_state: Any, settings: Any
 ) -> tuple[FloatArray, float]:
     """Initial state and end time, or every mistake in the arguments."""
-    mistakes = []
     if not isinstance(problem, FrictionProblem):
         raise InvalidProblemError(Mistake("problem", problem, "a FrictionProblem"))
-    if not isinstance(settings, Settings):
-        mistakes.append(Mistake("settings", settings, "a transient.Settings"))
+    mistakes = common_mistakes(periods, settings)
+    length = real_number(periods)
     if problem.n == 0:
         mistakes.append(Mistake("problem.n", 0, "at least 1"))
-    length = real_number(periods)
-    if length is None or not 0.0 < length <= 1e12:
-        mistakes.append(Mistake("periods", periods, "a finite number > 0, at most 1e12"))
     y0: FloatArray | None = np.zeros(2 * problem.n)
     if initial_state is not None:
         y0 = finite_array(initial_state, ndim=1)
@@ -114,6 +110,17 @@ def _checked(
     if mistakes or y0 is None or length is None:
         raise InvalidProblemError(mistakes)
     return np.ascontiguousarray(y0), length * problem.period
+
+
+def common_mistakes(periods: Any, settings: Any) -> list[Mistake]:
+    """What is wrong with the arguments that runs of several problems share."""
+    mistakes = []
+    if not isinstance(settings, Settings):
+        mistakes.append(Mistake("settings", settings, "a transient.Settings"))
+    length = real_number(periods)
+    if length is None or not 0.0 < length <= 1e12:
+        mistakes.append(Mistake("periods", periods, "a finite number > 0, at most 1e12"))
+    return mistakes
 
 
 def _sample_times(

@@ -154,3 +154,41 @@ def test_ctrl_c_anywhere_is_130(stop, monkeypatch, capsys, example):
     monkeypatch.setattr("beltsim.cli.modes.read_source", interrupted)
     assert main(["modes", example]) == 130
     assert capsys.readouterr().err == f"beltsim: {str(stop) or 'interrupted'}\n"
+
+
+def test_modes_prints_the_excitation_and_which_order_meets_which_mode(capsys, drive_file):
+    orders = [{"order": 3, "speed_fluctuation": 0.04}, {"order": 6, "angle_amplitude_deg": 0.1}]
+    file = drive_file(excitation={"speed_fluctuation": None, "orders": orders})
+    assert main(["modes", file, "--functions", "4"]) == 0
+    printed = capsys.readouterr().out
+    assert "excitation      order 3: 4 % of speed (0.764 deg)" in printed
+    assert "\n                  order 6: 1.05 % of speed (0.1 deg)" in printed
+    assert "spring torque  19.38 N m (wound up by 39.9 deg" in printed
+    near = [line.split() for line in printed.partition("Near resonance")[2].splitlines()[2:]]
+    assert near[0][:6] == ["order", "3", "154.46", "7", "free", "153.01"]
+    assert {row[1] for row in near} == {"3", "6"}
+    assert "default" not in printed
+
+
+def test_modes_says_when_the_excitation_is_the_default(capsys, drive_file):
+    from pathlib import Path
+
+    file = Path(drive_file())
+    text = file.read_text()
+    start, end = text.index("[excitation]"), text.index("[overrides]")
+    file.write_text(text[:start] + text[end:])
+    assert main(["modes", str(file), "--functions", "4", "--rpm", "500"]) == 0
+    printed = capsys.readouterr().out
+    assert "order 3: 10 % of speed (1.91 deg) (default: the file gives none)" in printed
+    assert "Near resonance" not in printed
+
+
+def test_long_names_do_not_spoil_the_tables(capsys, drive_file):
+    from beltsim.drive.presets import zhu_parker_2008
+
+    pulleys = [pulley.model_dump() for pulley in zhu_parker_2008().pulleys]
+    pulleys[2]["name"] = "Water pump of the second engine, rear side, 55 mm pitch"
+    assert main(["modes", drive_file(pulleys=pulleys), "--functions", "4"]) == 0
+    printed = capsys.readouterr().out
+    assert "span 3 (Water pump...pitch - 1)" in printed
+    assert max(map(len, printed.splitlines())) < 100

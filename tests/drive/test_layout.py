@@ -192,6 +192,35 @@ def test_missed_pulley_is_named(seven, row, change, word):
     assert "which misses it as a pulley of side " + word in found.allowed
 
 
+def test_the_one_side_that_spoils_its_neighbours_is_named():
+    """Crank, AC, ALT, idler, WP, arm: the idler's wrong side shows at other pulleys as well."""
+    rows = [
+        (0.0, 0.0, 0.080, "inside"),
+        (0.24, 0.03, 0.060, "inside"),
+        (0.22, 0.28, 0.029, "inside"),
+        (0.11, 0.335, 0.035, "back"),
+        (0.0, 0.27, 0.055, "inside"),
+        (-0.085, 0.14, 0.038, "back"),
+    ]
+    assert Drive(**loop_of(rows)).layout.n == 6
+    for j, (*place, side) in enumerate(rows[:5]):
+        other = "back" if side == "inside" else "inside"
+        wrong = [*rows[:j], (*place, other), *rows[j + 1 :]]
+        if j != 3:  # the belt meets the idler from inside as well
+            found = mistakes(loop_of(wrong))
+            assert [entry.field for entry in found] == ONE_SIDE[j]
+            assert "'inside'" in found[0].allowed
+
+
+#: What is told when one pulley of the drive above is on the wrong side.
+ONE_SIDE = {
+    0: ["pulleys", "pulleys[0]", "pulleys[5]"],  # either of two would do, and is said first
+    1: ["pulleys[1]"],  # named alone, with its other side, by what the belt misses
+    2: ["pulleys[2].side"],
+    4: ["pulleys[4].side"],
+}
+
+
 def test_span_through_a_foreign_pulley_is_named(seven):
     data = tables(seven)
     data["pulleys"][1], data["pulleys"][2] = data["pulleys"][2], data["pulleys"][1]

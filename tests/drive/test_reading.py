@@ -52,7 +52,10 @@ def test_windows_files_are_read(write):
         ("a.json", "[" * 400_000, "nested too deep"),
         ("a.toml", b"name = '\xff'", "line 1 is not UTF-8 text (byte 0xff)"),
         ("a.toml", b"# ok\n\xfe\xff", "line 2 is not UTF-8 text (byte 0xfe)"),
-        ("a.toml", "\x00" * 10, "a.toml"),
+        ("a.toml", "\x00" * 10, "a.toml: no drive file but binary data"),
+        ("a.png", b"\x89PNG\r\n\x1a\n", "no drive file but a PNG picture"),
+        ("a.nc", "no netCDF", "whose name ends in .nc: it is no netCDF file either"),
+        ("a.toml", "name = 'x'".encode("utf-16"), "UTF-16 text; save it as UTF-8"),
     ],
 )
 def test_syntax_errors_name_file_and_place(write, name, content, message):

@@ -73,7 +73,8 @@ def test_wrong_entries_do_not_make_a_list_too_short(data):
     ("path", "value", "hint"),
     [
         (("pulleys", 0, "radius_m"), 88.9, "88.9 mm would be 0.0889"),
-        (("pulleys", 0, "center_m"), [552.5, 55.6], "552.5 mm would be 0.5525"),
+        (("pulleys", 0, "center_m"), [552.5, 55.6], "[552.5, 55.6] mm would be [0.5525, 0.0556]"),
+        (("pulleys", 0, "center_m"), [24, 3], "[24, 3] mm would be [0.024, 0.003]"),
         (("tensioner", "pivot_m"), [0.2, 63.5], "63.5 mm would be 0.0635"),
         (("overrides", "arm_length_m"), 97, "97 mm would be 0.097"),
         (("overrides", "span_lengths_m"), [154.8, 344.9, 551.8], "154.8 mm would be 0.1548"),

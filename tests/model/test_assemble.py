@@ -143,9 +143,16 @@ def test_friction_above_the_spring_torque_is_warned_about(Q_m, expected):
     found = assemble(PAPER, 6.3, friction=Coulomb(Q_m)).warnings
     assert len(found) == expected
     if expected:
-        assert found[0].startswith("friction torque Q_m = 0.69 exceeds the spring torque 0.6753")
+        assert found[0].startswith(
+            "friction torque 20.08 N m (Q_m = 0.69) exceeds the spring torque 19.65 N m (0.6753)"
+        )
 
 
 def test_warnings_of_the_steady_state_reach_the_problem():
     problem = assemble(zhu_parker_2008(epsilon=0.05), 6.3)
     assert any(text.startswith("steady slope of span 3") for text in problem.warnings)
+
+
+def test_a_path_is_no_drive():
+    with pytest.raises(InvalidProblemError, match=r"a Drive: beltsim.load_drive\('six.toml'\)"):
+        assemble("six.toml")

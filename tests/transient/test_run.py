@@ -405,3 +405,12 @@ def test_saturated_runs_tell_when_the_band_is_narrow_or_wide():
 def test_importing_beltsim_loads_no_core():
     code = "import sys, beltsim; sys.exit('beltsim._core' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_solve_many_refuses_once_what_would_spoil_every_run():
+    pair = [one_mass(), one_mass()]
+    with pytest.raises(InvalidProblemError, match=r"periods = -1: must be") as caught:
+        solve_many(pair, settings="fast", workers=0, periods=-1)
+    assert [m.field for m in caught.value.mistakes] == ["settings", "periods", "workers"]
+    with pytest.raises(InvalidProblemError, match=r"problems = .*a sequence of FrictionProblem"):
+        solve_many(one_mass())
