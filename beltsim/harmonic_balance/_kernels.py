@@ -123,20 +123,22 @@ def centred(alpha, h_step, up_step, down_step, above, below, up, down, weight):
 
 
 @compiled
-def interior_point(table, weight, mobility, free, tolerance, most):
+def interior_point(table, weight, mobility, free, compliance, tolerance, most):
     r"""Torque in cells with :math:`|h| \le 1` and :math:`h = \mathrm{sgn}\,v` where v moves.
 
     Solves the monotone complementarity problem
 
     .. math:: v = T(x_0 - A T^T w h), \quad v = p - n,\ p(1 - h) = 0,\ n(1 + h) = 0,\ p, n \ge 0
 
-    by a feasible primal-dual path with second-order corrections. T holds cell averages (or point
-    values) of the harmonics, w the weight of each cell. A has a non-negative real part, so the path
-    exists for any data and every step shortens it.
+    by a feasible primal-dual path with second-order corrections. With a `compliance` s, v - s h
+    takes the place of v, which is the saturated law h = clip(v/s, -1, 1). T holds cell averages (or
+    point values) of the harmonics, w the weight of each cell. A has a non-negative real part, so
+    the path exists for any data and every step shortens it.
 
     Parameters
     ----------
     table : (N, 2 nS), weight : (N,), mobility : (nS,) complex, free : (2 nS,)
+    compliance : float
     tolerance : float
         Largest mean product, and largest error of the velocities, at which to stop.
     most : int
@@ -166,7 +168,7 @@ def interior_point(table, weight, mobility, free, tolerance, most):
     for iteration in range(most + 1):
         moved = table.T @ (weight * h)
         apply_mobility(mobility, moved)
-        v = table @ (free - moved)
+        v = table @ (free - moved) - compliance * h
         mean = 0.0
         worst = 0.0
         for j in range(N):
@@ -183,7 +185,7 @@ def interior_point(table, weight, mobility, free, tolerance, most):
         if best < tolerance or residuals[iteration] > 1e3 * best or iteration == most:
             break
         for j in range(N):
-            flex[j] = 1.0 / (up[j] / above[j] + down[j] / below[j])
+            flex[j] = 1.0 / (up[j] / above[j] + down[j] / below[j] + compliance)
             for k in range(m):
                 scaled[j, k] = table[j, k] * (flex[j] * weight[j])
         product = table.T @ scaled
@@ -375,6 +377,6 @@ def warm_up() -> FloatArray:
     t = (np.arange(8) + 0.5) * np.pi / 8
     table = np.stack([np.cos(t), np.sin(t)], axis=1)
     weight = np.full(8, 0.25)
-    interior_point(table, weight, np.ones(1, complex), np.array([2.0, 0.0]), 1e-9, 30)
+    interior_point(table, weight, np.ones(1, complex), np.array([2.0, 0.0]), 0.0, 1e-9, 30)
     found: FloatArray = least_bound(table, weight, np.array([1.0, 0.0]), 1e-9, 30)[3]
     return found

@@ -6,21 +6,24 @@ Unknown are the joint's velocity harmonics x (pairs cos, sin). With the inverse 
 .. math:: E = B x + \tfrac 2N T^T h(T x) - F, \qquad
           J = B + \tfrac 2N T^T \mathrm{diag}(Q_m/\sigma\ \text{where}\ |v| < \sigma) T .
 
-Where Newton diverges, Broyden's method goes on from the best iterate with its Jacobian.
+Where Newton diverges, Broyden's method goes on from the best iterate with its Jacobian. A ladder
+comes down to sigma in rungs that are halved where one fails. The balance is monotone and its
+solution unique, so an interior-point method finds it for any sigma (``start="set_valued"``): the
+saturated law is the set-valued one with a compliance, :math:`v - \sigma h/Q_m` in place of v.
 
-Depends on: cells, condensation, set_valued, settings, friction.
+Depends on: _kernels, cells, condensation, set_valued, settings, friction.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake
 from beltsim.friction import SaturatedCoulomb
-from beltsim.harmonic_balance import set_valued
+from beltsim.harmonic_balance import _kernels, set_valued
 from beltsim.harmonic_balance.cells import uniform
 from beltsim.harmonic_balance.condensation import Condensed
 from beltsim.harmonic_balance.set_valued import Solved
@@ -28,8 +31,11 @@ from beltsim.harmonic_balance.settings import Settings
 
 #: Newton counts as diverged after so many steps without a new least residual.
 PATIENCE = 12
-#: Each rung of the ladder narrows the band to this share.
-RUNG = 0.3
+#: Each rung of the ladder narrows the band to this share; where one fails, to its root, until
+#: that is above the last.
+RUNG, LAST_RUNG = 0.3, 0.95
+#: Most iterations of a rung, and of the interior-point method.
+RUNG_STEPS, INTERIOR_STEPS = 40, 100
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,14 +104,14 @@ def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> So
     highest = condensed.R // condensed.divisor
     samples = settings.samples_for(highest)
     x = set_valued._pairs(condensed.velocity)
-    if settings.start == "set_valued" and law.Q_m > 0.0:
-        x = set_valued._pairs(set_valued.solve(condensed, law.Q_m, settings).velocity)
     history: list[float] = []
-    good = True
-    for sigma in _rungs(condensed, law, settings):
-        rung = SaturatedCoulomb(law.Q_m, sigma)
-        balance = balance_of(condensed, rung, samples)
+    if settings.start == "set_valued" and law.Q_m > 0.0:
+        x = _interior(condensed, law, samples)
+        balance = balance_of(condensed, law, samples)
         x, good = _balanced(balance, x, settings, history)
+    else:
+        x, good = _down_the_ladder(condensed, law, samples, x, settings, history)
+        balance = balance_of(condensed, law, samples)
     found = _solved(balance, x, history)
     if not good:
         advice = "start='set_valued'" if settings.sigma_ladder else "sigma_ladder=True"
@@ -118,19 +124,63 @@ def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> So
     return found
 
 
-def _rungs(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> list[float]:
-    """Band widths to pass through, the wanted one last."""
-    if not settings.sigma_ladder:
-        return [law.sigma]
+def _down_the_ladder(
+    condensed: Condensed,
+    law: SaturatedCoulomb,
+    samples: int,
+    x: FloatArray,
+    settings: Settings,
+    history: list[float],
+) -> tuple[FloatArray, bool]:
+    """Balance at sigma, through wider bands when a ladder is asked for."""
     widest = float(np.abs(condensed.velocity).sum())
-    if widest <= law.sigma:
-        return [law.sigma]
-    count = int(np.ceil(np.log(law.sigma / widest) / np.log(RUNG)))
-    return [law.sigma / RUNG**k for k in range(count, -1, -1)]
+    sigma, share, good = law.sigma, RUNG, True
+    if settings.sigma_ladder and widest > law.sigma:
+        sigma = widest
+    balance = balance_of(condensed, SaturatedCoulomb(law.Q_m, sigma), samples)
+    x, good = _balanced(balance, x, settings, history)
+    while good and sigma > law.sigma:
+        following = max(law.sigma, share * sigma)
+        if following < law.sigma / share:  # no rung that is hardly one
+            following = law.sigma
+        rung = replace(balance, sigma=following)
+        next_x, found = _balanced(rung, x, settings, history, RUNG_STEPS)
+        if found:
+            x, sigma, share = next_x, following, max(RUNG, share * share)
+        elif share < LAST_RUNG:
+            share = float(np.sqrt(share))
+        else:
+            return x, False
+    return x, good
+
+
+def _interior(condensed: Condensed, law: SaturatedCoulomb, samples: int) -> FloatArray:
+    """The velocity (pairs) by the interior-point method."""
+    size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
+    half_wave = condensed.half_wave and samples % 2 == 0
+    cells = uniform(int(condensed.turns[-1]), half_wave, samples, True)
+    table = cells.table
+    if condensed.half_wave and not half_wave:
+        table = np.ascontiguousarray(
+            table[:, np.repeat(np.arange(table.shape[1] // 2) % 2 == 0, 2)]
+        )
+    free, mobility = (
+        set_valued._pairs(condensed.velocity / size),
+        condensed.mobility * law.Q_m / size,
+    )
+    h, _, _ = _kernels.interior_point(
+        table, cells.weight, mobility, free, law.sigma / size, set_valued.STOP, INTERIOR_STEPS
+    )
+    torque = set_valued._series(table.T @ (cells.weight * h)) * law.Q_m
+    return set_valued._pairs(condensed.velocity - condensed.mobility * torque)
 
 
 def _balanced(
-    balance: Balance, x: FloatArray, settings: Settings, history: list[float]
+    balance: Balance,
+    x: FloatArray,
+    settings: Settings,
+    history: list[float],
+    most: int | None = None,
 ) -> tuple[FloatArray, bool]:
     """Newton, then Broyden where that diverges; the best iterate and whether it converged."""
     scale = max(float(np.abs(balance.load).max(initial=0.0)), balance.Q_m, 1e-300)
@@ -138,7 +188,7 @@ def _balanced(
     inverse: FloatArray | None = None
     tolerance = settings.newton_tolerance
     residual, change = balance.residual(x), np.inf
-    for _ in range(settings.max_iterations):
+    for _ in range(min(settings.max_iterations, most or settings.max_iterations)):
         size = float(np.abs(residual).max(initial=0.0)) / scale
         history.append(size)
         if not np.isfinite(size):

@@ -237,7 +237,7 @@ def _in_cells(condensed: Condensed, Q_m: float, size: float, settings: Settings)
     worst = np.inf
     for _ in range(settings.max_refinements + 1):
         h, _, residuals = _kernels.interior_point(
-            cells.table, cells.weight, mobility, free, STOP, settings.max_iterations
+            cells.table, cells.weight, mobility, free, 0.0, STOP, settings.max_iterations
         )
         history += residuals.tolist()
         found = _solved(condensed, cells, h, Q_m, size, history)

@@ -47,8 +47,8 @@ class Settings:
     sigma_ladder : bool
         Saturated law: come down to sigma in steps from a wide band.
     start : str
-        Saturated law: ``"linear"`` (the response without friction) or ``"set_valued"`` (the
-        solution for exact Coulomb friction).
+        Saturated law: ``"linear"`` (the response without friction) or ``"set_valued"`` (an
+        interior-point solution of the same balance, which exists and is found for any sigma).
     estimate : bool
         Whether to estimate the error from a second solution with 2R + 5 harmonics, which
         costs several times the solution itself.

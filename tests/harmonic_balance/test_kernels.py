@@ -61,7 +61,7 @@ def test_interior_point_finds_what_a_splitting_finds(seed: int) -> None:
     free = np.stack([condensed.velocity.real, -condensed.velocity.imag], 1).ravel() / size
     mobility = condensed.mobility * problem.friction.Q_m / size
     arguments = (cells.table, cells.weight, mobility, free)
-    h, v, residuals = _kernels.interior_point(*arguments, 1e-10, 60)
+    h, v, residuals = _kernels.interior_point(*arguments, 0.0, 1e-10, 60)
     assert residuals.min() < 1e-8
     assert np.abs(h).max() <= 1.0
     assert np.abs(v - splitting(*arguments)).max() < 1e-5
@@ -93,7 +93,7 @@ def test_without_compilation_the_numbers_are_the_same() -> None:
         "t = (np.arange(12) + .5)*np.pi/12; table = np.stack([np.cos(t), np.sin(t),"
         " np.cos(3*t), np.sin(3*t)], 1); w = np.full(12, 1/6);"
         "h, v, r = k.interior_point(table, w, np.array([.5+.3j, .2-.4j]),"
-        " np.array([1., .2, .1, 0.]), 1e-9, 50); print(repr(h.tolist()));"
+        " np.array([1., .2, .1, 0.]), 0., 1e-9, 50); print(repr(h.tolist()));"
         "print(float(k.least_bound(table, w, np.array([1., 0., .2, .1]), 1e-9, 50)[1]))"
     )
     found = []

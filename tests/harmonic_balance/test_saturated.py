@@ -97,3 +97,18 @@ def test_no_friction_is_the_linear_response(drive_problem) -> None:
     assert np.abs(found.coefficients[: len(expected)] - expected).max() < 1e-10 * size
     exact = solve(drive_problem.with_friction(Coulomb(0.0)), 5, Settings(estimate=False))
     assert np.abs(found.coefficients - exact.coefficients).max() < 1e-10 * size
+
+
+@pytest.mark.parametrize("sigma", [1e-2, 1e-4, 1e-7])
+@pytest.mark.parametrize(("R", "samples"), [(5, 64), (9, 257), (25, 256)])
+def test_the_interior_start_converges_for_any_band(drive_problem, sigma, R, samples) -> None:
+    settings = Settings(samples=samples, start="set_valued", estimate=False)
+    for Q_m in (0.5, 3.5, 8.5, 20.0):
+        found = solve(drive_problem.with_friction(SaturatedCoulomb(Q_m, sigma)), R, settings)
+        assert found.statistics["converged"]
+
+
+def test_a_ladder_that_cannot_come_down_says_so(drive_problem) -> None:
+    problem = drive_problem.with_friction(SaturatedCoulomb(10.0, 1e-9))
+    with pytest.raises(ConvergenceError, match="start='set_valued'"):
+        solve(problem, 13, Settings(samples=256, sigma_ladder=True, estimate=False))
