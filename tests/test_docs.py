@@ -160,7 +160,7 @@ def test_commands_in_prose_can_be_read(page: Path):
         elif words[0] == "validate":
             _options(words[1:])
         else:
-            needs_file = words in (["modes"], ["run"], ["hb"], ["events"], ["plot"])
+            needs_file = words in (["modes"], ["run"], ["hb"], ["events"], ["sweep"], ["plot"])
             parser().parse_args([*words, "FILE"] if needs_file else words)
 
 

@@ -48,6 +48,7 @@ def parser() -> argparse.ArgumentParser:
     _run(verbs)
     _hb(verbs)
     _events(verbs)
+    _sweep(verbs)
     _plot(verbs)
     _init(verbs)
     _verb(verbs, "schema", "print the JSON schema of drive files")
@@ -138,6 +139,44 @@ def _events(verbs: argparse._SubParsersAction[_Parser]) -> None:
     verb.add_argument("--no-plot", action="store_true", help="draw no picture")
 
 
+def _sweep(verbs: argparse._SubParsersAction[_Parser]) -> None:
+    text = "find the periodic motions over a range of speeds, for several friction torques"
+    verb = _verb(verbs, "sweep", text)
+    verb.add_argument("file", metavar="FILE", help=_FILE_HELP)
+    text = "speeds (default: 60 from a fifth of the file's speed to one and a half times it)"
+    speed = verb.add_argument_group(text).add_mutually_exclusive_group()
+    shape = "LOW:HIGH:COUNT"
+    speed.add_argument("--rpm", type=_range, metavar=shape, help="crank speeds, 1/min")
+    speed.add_argument(
+        "--omega", "--Omega", type=_range, metavar=shape, help="dimensionless firing frequencies"
+    )
+    text = "torques, such as 0,14.5,inf; inf is a locked arm (default: free, the file's, locked)"
+    torque = verb.add_argument_group(text).add_mutually_exclusive_group()
+    torque.add_argument(
+        "--friction-torque-N-m", type=_numbers, metavar="X,...", help="friction torques, N m"
+    )
+    torque.add_argument(
+        "--Q-m", type=_numbers, metavar="X,...", help="friction torques over P0 r_t"
+    )
+    method = verb.add_argument_group("method (default: the exact event map)")
+    method.add_argument(
+        "-R",
+        "--harmonics",
+        type=_integer,
+        metavar="N",
+        help="use harmonic balance with N harmonics of the forcing",
+    )
+    method.add_argument(
+        "--sigma", type=_number, metavar="X", help="use the saturated law with this band"
+    )
+    _add_model(verb)
+    _add_output(verb)
+    verb.add_argument("--no-plot", action="store_true", help="draw no picture")
+    verb.add_argument(
+        "--strict", action="store_true", help="exit with status 1 when a point has no solution"
+    )
+
+
 def _plot(verbs: argparse._SubParsersAction[_Parser]) -> None:
     verb = _verb(verbs, "plot", "draw the layout of a drive file, or all pictures of a result")
     verb.add_argument("file", metavar="FILE", help=_FILE_HELP)
@@ -208,6 +247,10 @@ def _add_point(verb: argparse.ArgumentParser) -> None:
             metavar="X",
             help=f"{name} friction torque over P0 r_t",
         )
+    _add_model(verb)
+
+
+def _add_model(verb: argparse.ArgumentParser) -> None:
     model = verb.add_argument_group("model")
     model.add_argument(
         "--functions",
@@ -245,6 +288,17 @@ def _integer(text: str) -> int:
         return int(text)
     except ValueError:
         raise argparse.ArgumentTypeError(f"{text!r} is no integer") from None
+
+
+def _numbers(text: str) -> list[float]:
+    return [_number(word) for word in text.split(",")]
+
+
+def _range(text: str) -> tuple[float, float, int]:
+    words = text.split(":")
+    if len(words) != 3:
+        raise argparse.ArgumentTypeError(f"{text!r} is no range such as 600:6000:50")
+    return _number(words[0]), _number(words[1]), _integer(words[2])
 
 
 def _counts(text: str) -> int | list[int]:
