@@ -131,6 +131,14 @@ void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
   flow->tables = packed + 1;
 }
 
+int bm_flow_amplitudes(const bm_flow *flow) {
+  int count = flow->m == BM_CELLS ? flow->N : 0;
+  for (int k = 0; k < flow->m; k++) {
+    count += flow->lambda_im[k] != 0.0 ? 2 : 1;
+  }
+  return count;
+}
+
 static double base_of(double Omega) {
   return 0.25 * 6.283185307179586 / Omega;
 }

@@ -276,12 +276,17 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   bm_flow free_flow, held_flow;
   bm_run run;
   double *asked = data[SEARCH];
-  if (!run_of(&of, data, &free_flow, &held_flow, &run) ||
-      !(asked[S_PERIODS] > 0.0 && asked[S_PERIODS] < 1e6)) {
+  if (!run_of(&of, data, &free_flow, &held_flow, &run)) {
     release(views, BUFFERS);
-    return PyErr_Occurred() ? NULL
-                            : PyErr_Format(PyExc_ValueError,
-                                           "periods must be above 0, below 1e6");
+    return NULL;
+  }
+  if (!(asked[S_PERIODS] > 0.0 && asked[S_PERIODS] < 1e6) ||
+      bm_flow_amplitudes(&free_flow) != free_flow.N ||
+      bm_flow_amplitudes(&held_flow) != held_flow.N) {
+    release(views, BUFFERS);
+    return PyErr_Format(PyExc_ValueError,
+                        "periods not within 0 and 1e6, or modes that are not "
+                        "one of each pair");
   }
   bm_changes changes;
   bm_changes_unpack(&changes, data[CHANGES], of.n, inner_reals(&of));

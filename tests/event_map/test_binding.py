@@ -9,6 +9,7 @@ import pytest
 from support.problems import random_problem
 
 from beltsim import _event_map
+from beltsim.event_map.changes import changes_of
 from beltsim.event_map.flows import flows_of, inner_flow
 
 WIDTH = 6
@@ -145,3 +146,117 @@ def test_threads_do_not_disturb_each_other():
         thread.join()
     assert len(runs) == 6
     assert all(np.array_equal(state, wanted["state"]) for state in runs)
+
+
+def orbit_arguments():
+    """A valid call of `orbit`."""
+    problem, shared = random_problem(7, n=3), arguments()
+    names = ("n", "H", "m_free", "m_held", "saturated")
+    names += ("free", "held", "reals", "integers", "state")
+    return {name: shared[name] for name in names} | {
+        "changes": changes_of(problem),
+        "search": np.array([1.0, 1.0, 1e-12, 0.0, 0.0]),
+        "history": np.empty(20),
+        "image": np.empty(6),
+        "derivative": np.empty((6, 6)),
+        "event_integers": np.zeros((9, 3), dtype=np.int64),
+        "event_reals": np.zeros((9, WIDTH + 6)),
+        "history_capacity": 20,
+        "event_capacity": 9,
+    }
+
+
+def gram_arguments():
+    """A valid call of `gram`."""
+    flow = flows_of(random_problem(7, n=3)).free
+    size = 2 * (flow.m + len(flow.P) + 1)
+    return {
+        "N": flow.N,
+        "m": flow.m,
+        "H": len(flow.P) - 1,
+        "Omega": flow.Omega,
+        "flow": flow.packed,
+        "begin": np.zeros(2),
+        "from": np.zeros(2),
+        "to": np.ones(2),
+        "load": np.zeros(2),
+        "states": np.zeros((2, flow.N)),
+        "gram": np.zeros((size, size)),
+        "count": 2,
+    }
+
+
+CALLS = {
+    "orbit": (_event_map.orbit, orbit_arguments),
+    "gram": (_event_map.gram, gram_arguments),
+}
+EVERY = [
+    (call, name)
+    for call, (_, valid) in CALLS.items()
+    for name, value in valid().items()
+    if isinstance(value, np.ndarray)
+]
+INPUT = {"free", "held", "changes", "flow", "begin", "from", "to", "load", "states"}
+
+
+def test_valid_calls_of_orbit_and_gram():
+    status, steps, events, first, last = _event_map.orbit(*orbit_arguments().values())
+    assert status == 0
+    assert steps > 1
+    assert events >= 2
+    assert {first, last} <= {-1, 0, 1}
+    assert _event_map.gram(*gram_arguments().values()) == 0
+    assert _event_map.changes_reals(3, 4) == len(changes_of(random_problem(7, n=3)))
+
+
+@pytest.mark.parametrize(("name", "buffer"), EVERY)
+def test_bad_buffers_of_orbit_and_gram_are_refused(name, buffer):
+    work, valid = CALLS[name]
+    array = valid()[buffer]
+    other = np.int32 if array.dtype == np.int64 else np.float32
+    read_only = array.copy()
+    read_only.flags.writeable = False
+    spoilt = [
+        array.astype(other),
+        array.tolist(),
+        array[:-1],
+        np.repeat(array, 2, axis=-1)[..., ::2],
+    ]
+    spoilt += [] if buffer in INPUT else [read_only]
+    for bad in spoilt:
+        with pytest.raises((TypeError, ValueError, BufferError)):
+            work(*{**valid(), buffer: bad}.values())
+
+
+@pytest.mark.parametrize(
+    ("name", "argument", "value"),
+    [("orbit", "n", 0), ("orbit", "n", 30000), ("orbit", "H", -1), ("orbit", "m_free", 7),
+     ("orbit", "history_capacity", 0), ("orbit", "event_capacity", -1), ("gram", "N", -1),
+     ("gram", "m", 7), ("gram", "m", -1), ("gram", "H", -1), ("gram", "Omega", 0.0),
+     ("gram", "count", -1), ("gram", "count", 10**12)],
+)  # fmt: skip
+def test_sizes_of_orbit_and_gram_out_of_range_are_refused(name, argument, value):
+    work, valid = CALLS[name]
+    with pytest.raises((ValueError, OverflowError)):
+        work(*{**valid(), argument: value}.values())
+
+
+@pytest.mark.parametrize("periods", [0.0, -1.0, np.nan, 1e9])
+def test_periods_of_a_search_out_of_range_are_refused(periods):
+    spoilt = orbit_arguments()
+    spoilt["search"][0] = periods
+    with pytest.raises(ValueError, match="periods"):
+        _event_map.orbit(*spoilt.values())
+
+
+def test_more_amplitudes_than_the_state_has_are_refused():
+    """Six complex modes of six reals would write beyond the derivative."""
+    flow = flows_of(random_problem(7, n=3)).free
+    spoilt = orbit_arguments()
+    inputs, reals = _event_map.flow_reals(flow.N, 6, len(flow.P) - 1)
+    packed = np.zeros(reals)
+    packed[6:12] = 1.0  # imaginary parts of the exponents
+    spoilt.update(m_free=6, free=packed)
+    assert inputs > 12
+    with pytest.raises(ValueError, match="one of each pair"):
+        _event_map.orbit(*spoilt.values())

@@ -167,6 +167,9 @@ typedef struct {
                       /* above the capacity and none are written            */
 } bm_search;
 
+/* Real amplitudes of a flow; bm_orbit needs N of each. */
+int bm_flow_amplitudes(const bm_flow *flow);
+
 /* Goes on until `end_periods` and `end_time`, or until a buffer is full. */
 bm_status bm_propagate(bm_run *run, int64_t end_periods, double end_time,
                        bm_events *events);
