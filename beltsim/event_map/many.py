@@ -36,7 +36,7 @@ def solve_many(
     problems : iterable of FrictionProblem
         Those of one linear system next to each other, in the order of their friction.
     settings : Settings, optional
-        The same for all. For maps of figures `survey` is several times quicker.
+        The same for all. For maps of figures `survey` is quicker.
     workers : int, optional
         Threads; default: one per core that this process may use.
 

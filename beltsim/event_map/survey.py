@@ -74,7 +74,7 @@ def survey(
     settings: Settings | None = None,
     workers: int | None = None,
 ) -> Survey:
-    """Figures of the periodic orbit of each problem; several times quicker than `solve_many`.
+    """Figures of the periodic orbit of each problem, for maps; quicker than `solve_many`.
 
     Parameters
     ----------
