@@ -167,7 +167,9 @@ def critical_torque(problem: FrictionProblem) -> float:
     """Smallest static friction that keeps the joint locked, Q_cr.
 
     Half the peak-to-peak of the locked reaction, since the rest position adapts to its mean. For
-    one harmonic this is the amplitude of eq. 26. Its extrema are located, not sampled.
+    one harmonic this is the amplitude of eq. 26. Its extrema are located, not sampled. Where no
+    position changes the reaction (nothing but friction holds the joint), friction has to carry the
+    mean too, and it is the largest modulus.
 
     Raises
     ------
@@ -183,7 +185,16 @@ def critical_torque(problem: FrictionProblem) -> float:
     5.0
     """
     low, high = extremes(reaction(problem))
-    return 0.5 * (high - low)
+    return 0.5 * (high - low) if _sprung(problem) else max(abs(low), abs(high))
+
+
+def _sprung(problem: FrictionProblem) -> bool:
+    """Whether a static displacement of the joint, the others following, changes its reaction."""
+    t, q = cast("int", problem.joint), problem.others
+    K_tq = problem.K[t, q]
+    following = np.linalg.lstsq(problem.K[np.ix_(q, q)], K_tq, rcond=RIGID_TOLERANCE)[0]
+    size = abs(problem.K[t, t]) + np.abs(K_tq) @ np.abs(following)
+    return bool(abs(problem.K[t, t] - K_tq @ following) > RIGID_TOLERANCE * size)
 
 
 def extremes(coefficients: ComplexArray) -> tuple[float, float]:

@@ -186,7 +186,8 @@ class FrictionProblem:
         labels = self.labels or tuple(f"q{i}" for i in range(n or 0))
         object.__setattr__(self, "labels", tuple(labels))
         object.__setattr__(self, "observables", tuple(self.observables))
-        object.__setattr__(self, "warnings", tuple(self.warnings))
+        unstable = _unstable(self.K) if n else ()
+        object.__setattr__(self, "warnings", tuple(dict.fromkeys((*self.warnings, *unstable))))
 
     def __repr__(self) -> str:
         place = "" if self.joint is None else f" ({(self.labels or ())[self.joint]})"
@@ -340,6 +341,20 @@ def _definiteness_mistakes(M: FloatArray, C: FloatArray | None) -> list[Mistake]
         lowest = float(np.linalg.eigvalsh(damping)[0])
         return [Mistake("C", f"smallest scaled eigenvalue {lowest:.3g}", "positive semidefinite")]
     return []
+
+
+def _unstable(K: FloatArray) -> tuple[str, ...]:
+    """A warning for a K that gives way: nothing then bounds the motion."""
+    try:
+        np.linalg.cholesky(K)
+    except np.linalg.LinAlgError:
+        values = np.linalg.eigvalsh(K)
+        if values[0] < -1e-11 * np.abs(values).max():
+            return (
+                f"K has the negative eigenvalue {values[0]:.6g}: unless G holds it, the motion "
+                "runs away; linear.decay(problem) tells",
+            )
+    return ()
 
 
 def _joint_mistakes(problem: FrictionProblem, n: int | None) -> list[Mistake]:

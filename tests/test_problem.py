@@ -227,9 +227,10 @@ def test_one_bad_entry_anywhere_is_found(field, data):
 
 
 def test_checks_factor_each_matrix_once(monkeypatch):
-    """Cost guard: two factors, no eigenvalues; a condition number only where M is nearly singular.
+    """Cost guard: a factor of M, C and K each, no eigenvalues.
 
-    The determinant of the scaled M bounds its condition, and settles the usual case.
+    A condition number only where M is nearly singular: the determinant of the scaled M bounds its
+    condition, and settles the usual case.
     """
     calls = dict.fromkeys(("cholesky", "cond", "eigvalsh", "eigh", "eigvals", "svd"), 0)
 
@@ -245,7 +246,7 @@ def test_checks_factor_each_matrix_once(monkeypatch):
     problem = random_problem(0, 5)
     calls.update(dict.fromkeys(calls, 0))
     dataclasses.replace(problem)
-    expected = dict.fromkeys(calls, 0) | {"cholesky": 2}
+    expected = dict.fromkeys(calls, 0) | {"cholesky": 3}
     assert calls == expected
     problem.with_friction(Coulomb(1.0))
     assert calls == expected
@@ -348,3 +349,12 @@ def test_its_text_is_one_short_line():
     assert "Coulomb(Q_m=" in text
     assert len(text) < 200
     assert repr(build().forcing).startswith("<HarmonicForcing: Omega = ")
+
+
+def test_indefinite_stiffness_warns_in_every_response():
+    push = HarmonicForcing(1.0, cos=[[0.0], [1.0]], sin=[[0.0], [0.0]])
+    weak = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[-1.0]], 0, push, Coulomb(5.0))
+    assert "negative eigenvalue -1" in weak.warnings[0]
+    assert weak.with_friction(Coulomb(6.0)).warnings == weak.warnings
+    rigid = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[0.0]], 0, push, Coulomb(5.0))
+    assert rigid.warnings == ()

@@ -56,9 +56,9 @@ def run(options: argparse.Namespace) -> int:
     settings = event_map.Settings(max_multiple=job.multiple)
     solved = event_map.solve_many(problems, settings)
     found = list(zip(job.torques.tolist(), solved, strict=True))
-    written, trouble = _write(job, found, None if options.no_plot else options.format)
+    written, trouble = _write(job, found, ratio, None if options.no_plot else options.format)
     say(job.source.drive.name or job.stem.name, *operating_lines(job.survey, job.problem), "")
-    say(f"The arm is locked from Q_m = {job.Q_cr:.4g}", "")
+    say(*_locking_lines(job, ratio), "")
     say(*table(_TITLES, [_row(job.problem, Q, orbit) for Q, orbit in found]))
     orbits = [one for _, one in found if isinstance(one, Response)]
     say(*warning_lines((*job.survey.warnings, *_warnings(job.problem, orbits))))
@@ -89,6 +89,17 @@ def _warnings(problem: FrictionProblem, orbits: list[Response]) -> list[str]:
                     f"{len(orbits)} torques, as far as {extreme:.6g}{unit}"
                 )
     return list(dict.fromkeys(found))
+
+
+def _locking_lines(job: _Job, ratio: float) -> list[str]:
+    """From which torque the arm is locked, and where it only can be."""
+    if ratio == 1.0:
+        return [f"The arm is locked from Q_m = {job.Q_cr:.4g}"]
+    return [
+        f"Q_s = {ratio:.4g} Q_m throughout, as in the drive's own law",
+        f"The arm can stay locked from Q_m = {job.Q_cr / ratio:.4g} (rows below show that orbit), "
+        f"and ends locked from Q_m = {job.Q_cr:.4g}",
+    ]
 
 
 _TITLES = ("Q_m", "N m", "phases", "nu", "stops", "stick", "loss", "multiplier")
@@ -161,7 +172,7 @@ def _require_range(options: argparse.Namespace) -> None:
         raise InvalidProblemError(mistakes)
 
 
-def _write(job: _Job, found: Found, picture: str | None) -> tuple[list[Path], str]:
+def _write(job: _Job, found: Found, ratio: float, picture: str | None) -> tuple[list[Path], str]:
     """The files written, and what went wrong with the first that could not be."""
     from beltsim.cli.event_dataset import dataset  # loads xarray
     from beltsim.io import save_dataset
@@ -178,7 +189,7 @@ def _write(job: _Job, found: Found, picture: str | None) -> tuple[list[Path], st
             from beltsim import plots  # loads matplotlib
 
             title = f"Phases of the arm at {job.survey.rpm:.0f} rpm" if job.survey.rpm else None
-            figure = plots.event_phases(orbits, job.Q_cr, title)
+            figure = plots.event_phases(orbits, job.Q_cr / ratio, title)
             path = job.stem.with_name(f"{job.stem.name}-events.{picture}")
             written.append(plots.save_figure(figure, path))
     except (OSError, ResultFileError) as error:

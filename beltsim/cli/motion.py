@@ -62,13 +62,24 @@ def event_lines(response: Response, rpm: float) -> list[str]:
     return lines
 
 
+def _reversal_words(response: Response) -> str:
+    """nu, and what it counts where several orders make several turns plain to and fro."""
+    forcing, nu = response.problem.forcing, f"nu = {short(response.velocity_reversals)}"
+    orders = np.flatnonzero(np.any(forcing.coefficients[1:] != 0.0, axis=1)) + 1
+    if orders.tolist() in ([], [1]):
+        return nu
+    return (
+        f"{nu} (turns beyond one to and fro per forcing period; orders up to {orders[-1]} times it)"
+    )
+
+
 def figure_lines(response: Response, found: Survey, periods: float) -> list[str]:
     """Stops, reversals, sticking, losses, balance, and how periodic the motion is."""
     pairs = []
     if response.problem.joint is not None:
         pairs = [
             ("stops", f"{short(response.stops_per_period)} per period"),
-            ("velocity reversals", f"nu = {short(response.velocity_reversals)}"),
+            ("velocity reversals", _reversal_words(response)),
             ("sticking", f"{100.0 * response.stick_fraction:.2f} % of the time"),
             ("friction loss", _loss_words(response)),
         ]

@@ -78,7 +78,7 @@ class LinearPart:
                 continue
             answer, left = _least_squares(Z, force)
             if left > _LEFT and bound > 0.0:
-                size = max(float(np.linalg.norm(self.K)), w**2 * float(np.linalg.norm(self.M)))
+                size = float(np.linalg.norm(Z)) or 1.0
                 unit = np.eye(len(force))[:, [joint]]
                 answer, left = _least_squares(np.hstack([Z, unit * size]), force)
                 needed = float(np.abs(answer[-1])) * size

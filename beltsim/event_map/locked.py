@@ -17,13 +17,16 @@ from beltsim.event_map.linear_part import ComplexArray
 from beltsim.friction import Coulomb
 from beltsim.problem import FrictionProblem
 
+#: Relative size below which a static stiffness is the rounding of its terms.
+_ROUNDING = 1e-13
+
 
 @dataclass(frozen=True)
 class Locked:
     """Steady reaction with the joint held at zero, and how it shifts with the position held.
 
     `low`, `high`: its extreme values at position 0; `slope`: change per unit of position (the
-    static stiffness seen by the joint, with a minus sign).
+    static stiffness seen by the joint, with a minus sign); 0 for a joint that nothing holds.
     """
 
     low: float
@@ -32,7 +35,12 @@ class Locked:
 
     @property
     def Q_m_cr(self) -> float:
-        """Critical torque: half the peak-to-peak of the reaction."""
+        """Critical torque: half the peak-to-peak of the reaction, whose mean the position takes.
+
+        Where the position changes nothing, friction has to carry the mean as well.
+        """
+        if self.slope == 0.0:
+            return max(abs(self.low), abs(self.high))
         return 0.5 * (self.high - self.low)
 
     def rest_interval(self, Q_s: float) -> tuple[float, float] | None:
@@ -40,8 +48,7 @@ class Locked:
         if Q_s < self.Q_m_cr:
             return None
         if self.slope == 0.0:
-            held = -Q_s <= self.low and self.high <= Q_s
-            return (-np.inf, np.inf) if held else None
+            return -np.inf, np.inf
         ends = ((-Q_s - self.low) / self.slope, (Q_s - self.high) / self.slope)
         return min(ends), max(ends)
 
@@ -53,6 +60,8 @@ def locked(problem: FrictionProblem) -> Locked:
         harmonics, static = _steady(problem)
         low, high = trigonometric_range(harmonics @ held.row + held.D)
         slope = float(held.row @ static + held.d_c)
+        if abs(slope) <= _ROUNDING * (float(np.abs(held.row) @ np.abs(static)) + abs(held.d_c)):
+            slope = 0.0
         problem.shared["event_map.locked"] = Locked(low, high, slope)
     found: Locked = problem.shared["event_map.locked"]
     return found
@@ -128,19 +137,34 @@ def trigonometric_range(c: ComplexArray) -> tuple[float, float]:
     return float(values.min()), float(values.max())
 
 
+def may_move_too(problem: FrictionProblem) -> bool:
+    """Whether a joint that can rest may as well move for ever: Q_m < Q_cr <= Q_s."""
+    law = problem.friction
+    if not isinstance(law, Coulomb) or law.Q_s is None or law.Q_s == law.Q_m:
+        return False
+    return law.Q_m < locked(problem).Q_m_cr <= law.Q_s
+
+
 def require_stable(problem: FrictionProblem) -> None:
-    """Refuse a periodic orbit of an unstable or undamped resonant linear part, and name it."""
+    """Refuse a periodic orbit of an unstable linear part, and name the eigenvalue."""
+    if problem.shared.get("event_map.stable"):
+        return
+    flows = flows_of(problem)
+    if not _passive(problem.K):
+        for name, flow in (("free", flows.free), ("held", flows.held)):
+            _require_decay(name, flow.exponents)
+    problem.shared["event_map.stable"] = True
+
+
+def require_bounded(problem: FrictionProblem) -> None:
+    """Refuse a moving orbit where forcing meets a mode without damping and friction cannot help."""
     flows, law = flows_of(problem), problem.friction
-    if not problem.shared.get("event_map.stable"):
-        if not _passive(problem.K):
-            for name, flow in (("free", flows.free), ("held", flows.held)):
-                _require_decay(name, flow.exponents)
-        if not isinstance(flows.held, Flow):
-            flows.held.part.steady("held")
-        problem.shared["event_map.stable"] = True
-    if not isinstance(flows.free, Flow) and law is not None:
+    assert law is not None
+    if not isinstance(flows.free, Flow):
         bound = law.Q_s if isinstance(law, Coulomb) and law.Q_s is not None else law.Q_m
         flows.free.part.steady("free", bound, problem.joint or 0)
+    if not isinstance(flows.held, Flow):
+        flows.held.part.steady("held")
 
 
 def _passive(K: FloatArray) -> bool:

@@ -16,7 +16,7 @@ from itertools import groupby
 from typing import TypeVar
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
-from beltsim.event_map.orbit import periodic
+from beltsim.event_map.orbit import orbit_response
 from beltsim.event_map.settings import Settings
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
@@ -61,7 +61,7 @@ def solve_many(
     """
 
     def solve(chunk: list[FrictionProblem]) -> list[Response | BeltsimError]:
-        return _chunk(chunk, settings)
+        return _chunk(chunk, settings or Settings())
 
     return in_chunks(solve, problems, workers)
 
@@ -84,15 +84,13 @@ def in_chunks(
     return [one for chunk in found for one in chunk]
 
 
-def _chunk(
-    problems: list[FrictionProblem], settings: Settings | None
-) -> list[Response | BeltsimError]:
+def _chunk(problems: list[FrictionProblem], settings: Settings) -> list[Response | BeltsimError]:
     """Orbits of one linear system, each from the one before."""
     found: list[Response | BeltsimError] = []
     guess = None
     for problem in problems:
         try:
-            orbit = periodic(problem, settings, guess=guess)
+            orbit = orbit_response(problem, settings, guess)
         except BeltsimError as error:
             found.append(error)
             continue

@@ -10,6 +10,7 @@ Depends on: build, integrals, shooting, locked, series, settings, walk, response
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,8 @@ from beltsim.event_map.linear_part import ComplexArray
 from beltsim.event_map.locked import (
     at_rest,
     locked,
+    may_move_too,
+    require_bounded,
     require_stable,
     rest_place,
     resting_multipliers,
@@ -48,17 +51,20 @@ def periodic(
     settings : Settings, optional
         `tolerance`, `harmonics`, `samples_per_period`, `max_multiple`.
     guess : array_like of shape (2n,), optional
-        State at t = 0 near the orbit, such as that of a neighbouring torque.
+        State at t = 0 near the orbit, such as that of a neighbouring torque. For Q_s > Q_m, where
+        a locked joint and moving ones may both be periodic, it tells which orbit is meant.
 
     Returns
     -------
     Response
-        One period, both ends; for a joint that never moves, at the middle of its rest interval.
+        One period, both ends; for a joint that never moves, at the middle of its rest interval,
+        with a warning where a moving orbit may exist beside it (Q_m < Q_cr <= Q_s).
 
     Raises
     ------
     NotPeriodicError
-        When the linear part is unstable, or (Q_s > Q_m) when no orbit of at most `max_multiple`
+        When the linear part is unstable, when a harmonic of the forcing meets a mode without
+        damping, or (Q_s > Q_m) when no orbit of at most `max_multiple`
         forcing periods was found.
     ConvergenceError
         When the residual stays above the tolerance.
@@ -72,32 +78,48 @@ def periodic(
     >>> orbit.events.kind.tolist(), orbit.periodic
     (['stick', 'slip-', 'stick', 'slip+'], True)
     """
-    settings = settings or Settings()
-    found = found_orbit(problem, settings, guess)
+    return orbit_response(problem, settings or Settings(), guess, moving=guess is not None)
+
+
+def orbit_response(
+    problem: FrictionProblem, settings: Settings, guess: Any = None, *, moving: bool = False
+) -> Response:
+    """As `periodic`; `moving`: the guess says which orbit is meant, not only where to start."""
+    found = found_orbit(problem, settings, guess, moving=moving)
     if isinstance(found, Shooting):
         return _orbit_response(problem, found, settings)
     return _resting(problem, found, settings)
 
 
 def found_orbit(
-    problem: FrictionProblem, settings: Settings, guess: Any = None
+    problem: FrictionProblem, settings: Settings, guess: Any = None, *, moving: bool = False
 ) -> Shooting | tuple[float, float]:
-    """The orbit, or the rest interval of a joint that never moves; errors as for `periodic`."""
+    """The orbit, or the rest interval of a joint that never moves; errors as for `periodic`.
+
+    A joint that can rest does, unless `moving` asks for the orbit near `guess`.
+    """
     require_joint(problem)
     require_stable(problem)
     state = checked_run(problem, 1.0, guess)
-    law = problem.friction
-    if isinstance(law, Coulomb):
-        rest = locked(problem).rest_interval(law.Q_s or 0.0)
-        if rest is not None:
-            return rest
+    rest = _rest(problem)
+    if rest is not None and not (moving and may_move_too(problem)):
+        return rest
+    if rest is None:
+        require_bounded(problem)
     failures = []
     for multiple, half in _attempts(problem, settings):
         found = shoot(problem, state, multiple, half, settings.tolerance, guess is not None)
-        if found.residual <= settings.tolerance:
+        if found.residual <= settings.tolerance and (rest is None or any(found.run.modes())):
             return found
         failures.append(found)
+    if rest is not None:
+        return rest
     raise _failure(problem, failures, settings)
+
+
+def _rest(problem: FrictionProblem) -> tuple[float, float] | None:
+    law = problem.friction
+    return locked(problem).rest_interval(law.Q_s or 0.0) if isinstance(law, Coulomb) else None
 
 
 def _attempts(problem: FrictionProblem, settings: Settings) -> Iterator[tuple[int, bool]]:
@@ -133,7 +155,14 @@ def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Sett
     run = walk(problem, at_rest(problem, rest_place(rest)), 1.0)
     multipliers = resting_multipliers(problem)
     statistics = {"solver": "event_map", "multiple": 1, "newton_steps": 0, "residual": 0.0}
-    return orbit_of(problem, run, multipliers, rest, statistics, settings)
+    found = orbit_of(problem, run, multipliers, rest, statistics, settings)
+    if not may_move_too(problem):
+        return found
+    text = (
+        f"the joint is locked, but Q_m is below Q_cr = {locked(problem).Q_m_cr:.6g}: a moving "
+        "orbit may exist beside it; give a state of it as guess to find it"
+    )
+    return replace(found, warnings=(*found.warnings, text))
 
 
 def orbit_of(

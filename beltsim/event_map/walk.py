@@ -25,6 +25,8 @@ KINDS = ("stick", "reverse", "slip+", "slip-")
 TIME, TORQUE_BEFORE, TORQUE_AFTER, MARGIN, TOUCH_TIME, TOUCH_GAP, STATE = range(7)
 PERIODS, KIND, MULTIPLE = range(3)
 _CHUNK = 32
+#: Status for too many events, and where a run's reals hold the width of the band.
+_CHATTER, _SIGMA = -2, 6
 #: Most forcing periods per call of the C map: an interruption waits for its end.
 _STRETCH = 200_000
 _STATUS = {
@@ -142,5 +144,10 @@ def raise_status(
     last = None
     if integers is not None and reals is not None and len(integers):
         last = (float(integers[-1, PERIODS] * period + reals[-1, TIME]), KINDS[integers[-1, KIND]])
+    if status == _CHATTER and run[_SIGMA] > 0.0:
+        text = (
+            f"the band sigma = {run[_SIGMA]:.3g} is too narrow for the rounding of this system's "
+            "velocities; use a wider one, or Coulomb(Q_m), its exact limit"
+        )
     message = f"exact map stopped at t = {time:.6g}: {text}"
     raise CoreError(message, name, time, MODES[int(whole[2])], last)

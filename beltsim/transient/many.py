@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable
 from concurrent.futures import ThreadPoolExecutor
+from threading import Event
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.problem import FrictionProblem
@@ -47,6 +48,8 @@ def solve_many(
     ------
     InvalidProblemError
         When `workers`, `periods` or `settings`, which all runs share, cannot be used.
+    KeyboardInterrupt
+        On Ctrl-C, within about 0.1 s: runs under way stop, the others do not begin.
 
     Examples
     --------
@@ -65,15 +68,24 @@ def solve_many(
         mistakes.append(Mistake("problems", problems, "a sequence of FrictionProblem"))
     if mistakes:
         raise InvalidProblemError(mistakes)
+    stopped = Event()
+
+    def heed(_: float) -> None:
+        if stopped.is_set():
+            raise KeyboardInterrupt
 
     def one(problem: FrictionProblem) -> Response | BeltsimError:
         try:
-            return integrate(problem, periods, None, settings)
+            return integrate(problem, periods, None, settings, progress=heed)
         except BeltsimError as error:
             return error
 
     with ThreadPoolExecutor(max_workers=count) as pool:
-        return list(pool.map(one, problems))
+        try:
+            return list(pool.map(one, problems))
+        except KeyboardInterrupt:  # signals reach the main thread alone
+            stopped.set()
+            raise
 
 
 def _cores() -> int:

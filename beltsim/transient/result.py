@@ -125,8 +125,10 @@ def _near_grazing(
     law = problem.friction
     reaction = (mode == 0) & isinstance(law, Coulomb)
     Q_s = float(law.Q_s or 0.0) if isinstance(law, Coulomb) else 0.0
-    peak_reaction = max(Q_s, seen["reaction_peak"]) or 1.0
-    margin = distance / np.where(reaction, peak_reaction, seen["velocity_peak"] or 1.0)
+    inside = max(Q_s, seen["reaction_peak"]) or 1.0
+    if isinstance(law, SaturatedCoulomb):
+        inside = law.sigma  # within the band the velocity lives on its width
+    margin = distance / np.where(mode == 0, inside, seen["velocity_peak"] or 1.0)
     close = margin < threshold
     names = np.where(reaction, "reaction", "velocity")
     return NearGrazing(t[close].copy(), margin[close], names[close])

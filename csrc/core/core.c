@@ -206,7 +206,9 @@ static bs_quality quality_of(const bs_core *core, double reaction, bs_kind kind,
   if (t - core->summary.last_event_t <= SAME_TIME * system->period) {
     return BS_MULTIPLE;
   }
-  const double peak = coulomb && release ? torque : core->summary.velocity_peak;
+  /* inside the band the velocity lives on its width, not on its peak */
+  const double held = coulomb ? torque : system->friction.sigma;
+  const double peak = release ? held : core->summary.velocity_peak;
   int close = core->stretch.depth < grazing * peak;
   if (coulomb && !release) {
     const double gap = fabs(fabs(reaction) - system->friction.Q_s);

@@ -71,11 +71,16 @@ static int watches_reaction(const bs_core *core) {
   return core->mode == BS_STICK && core->system.friction.law == BS_COULOMB;
 }
 
-/* Minima of g below this are reported. */
+/* Minima of g below this are reported: a share of what the watched quantity
+ * reaches, which inside the band of the saturated law is the band's width. */
 static double touch_limit(const bs_core *core) {
-  const double peak = watches_reaction(core) ? fmax(core->summary.reaction_peak,
-                                                    core->system.friction.Q_s)
-                                             : core->summary.velocity_peak;
+  const bs_friction *friction = &core->system.friction;
+  double peak = core->summary.velocity_peak;
+  if (core->mode == BS_STICK) {
+    peak = watches_reaction(core)
+               ? fmax(core->summary.reaction_peak, friction->Q_s)
+               : friction->sigma;
+  }
   return core->settings.grazing * peak;
 }
 

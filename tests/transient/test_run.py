@@ -317,6 +317,35 @@ def test_ctrl_c_returns_within_a_second_with_what_there_is(method):
     process.stdout.close()
 
 
+MANY_INTERRUPTED = """
+import sys
+sys.path.insert(0, "tests")
+from support.problems import random_problem
+from beltsim.transient import Settings, solve_many
+print("ready", flush=True)
+try:
+    problems = [random_problem(seed, 30) for seed in range(6)]
+    solve_many(problems, Settings(keep="events"), 2, periods=1e7)
+except KeyboardInterrupt:
+    print("stopped", flush=True)
+"""
+
+
+def test_ctrl_c_stops_all_runs_of_a_grid():
+    process = subprocess.Popen(
+        [sys.executable, "-c", MANY_INTERRUPTED], stdout=subprocess.PIPE, text=True
+    )
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.7)
+    process.send_signal(signal.SIGINT)
+    stuck = threading.Timer(30.0, process.kill)
+    stuck.start()
+    assert process.stdout.readline() == "stopped\n"
+    assert process.wait(30) == 0
+    stuck.cancel()
+    process.stdout.close()
+
+
 def test_the_same_bits_again_and_on_any_number_of_threads():
     problems = [random_problem(seed) for seed in range(8)]
     alone = [integrate(problem, 6.0) for problem in problems]

@@ -101,3 +101,16 @@ def test_the_start_mode_follows_the_velocity_and_on_the_edge_the_acceleration(v,
     run = integrate(one_mass(SaturatedCoulomb(0.5, 0.01), f=f), 1e-5, [0.0, v])
     assert run.initial_mode == mode
     assert len(run.events) == 0
+
+
+@pytest.mark.parametrize("sigma", [1e-2, 1e-4, 1e-6])
+def test_plain_crossings_of_a_narrow_band_are_not_near_grazing(sigma):
+    # within the band the velocity is of the size of sigma, far below its peak
+    chain = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]])
+    push = HarmonicForcing(1.7, cos=[[0.0] * 3, [1.0, 0.0, 0.3]], sin=np.zeros((2, 3)))
+    law = SaturatedCoulomb(0.15, sigma)
+    problem = FrictionProblem(np.eye(3), 0.04 * np.eye(3), 0 * chain, chain, 2, push, law)
+    run = integrate(problem, 20.0)
+    assert len(run.events) > 40
+    assert (run.events.quality == "simple").all()
+    assert not len(run.near_grazing)
