@@ -12,7 +12,7 @@ METHODS = {
     "CVODE": study.Transient(periods=100, samples_per_period=1),
     "event map, saturated, sigma = 1e-6": study.EventMap(sigma=1e-6, harmonics=0),
     "R = 5": series_method(5, 1e-4),
-    "set-valued, R = 51": series_method(51, 0.0),
+    "set-valued, R = 101": series_method(101, 0.0),
 }
 
 
