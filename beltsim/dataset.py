@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 SCHEMA_VERSION = 1
 #: What the global attribute `kind` says of a response.
 KIND = "beltsim response"
+#: What the variable Omega is: of a drive with several orders, not its firing frequency.
+FUNDAMENTAL = "forcing fundamental, 2 pi over the forcing period"
 #: Codes on disk: the position in the tuple. Append only.
 EVENT_KINDS = ("stick", "reverse", "slip+", "slip-")
 EVENT_QUALITIES = ("simple", "near_grazing", "multiple")
@@ -155,7 +157,7 @@ def _problem_variables(problem: FrictionProblem, si: _SI) -> Variables:
     }
     rows, note = ("harmonic", "coordinate"), "generalised force, factor of"
     found |= {
-        "Omega": ((), problem.forcing.Omega, {"long_name": "forcing fundamental", "units": "1"}),
+        "Omega": ((), problem.forcing.Omega, {"long_name": FUNDAMENTAL, "units": "1"}),
         "forcing_cos": (rows, problem.forcing.cos, {"long_name": f"{note} cos(k Omega t)"}),
         "forcing_sin": (rows, problem.forcing.sin, {"long_name": f"{note} sin(k Omega t)"}),
     }

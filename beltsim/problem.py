@@ -105,7 +105,9 @@ class Observable:
     def warnings(self, values: FloatArray) -> list[str]:
         """One sentence per limit that `values` (nt,) of it cross: how often, and the extreme."""
         found = []
-        unit = "" if self.unit == "1" else f" {self.unit}"
+        unit, scale = "" if self.unit == "1" else f" {self.unit}", self.scale
+        if self.unit == "rad":
+            unit, scale = " deg", float(np.degrees(scale))
         for limit, sign, verb, extreme in (
             (self.lower, -1.0, "falls below", "lowest"),
             (self.upper, 1.0, "exceeds", "highest"),
@@ -114,9 +116,9 @@ class Observable:
             if not beyond.any():
                 continue
             times = int(beyond[0]) + int(np.count_nonzero(beyond[1:] & ~beyond[:-1]))
-            worst = float(values[beyond][np.argmax(sign * values[beyond])]) * self.scale
+            worst = float(values[beyond][np.argmax(sign * values[beyond])]) * scale
             found.append(
-                f"{self.name} {verb} {limit * self.scale:.6g}{unit} {times} "
+                f"{self.name} {verb} {limit * scale:.6g}{unit} {times} "
                 f"time{'s' if times > 1 else ''} in the last period, {extreme} {worst:.6g}{unit}"
             )
         return found

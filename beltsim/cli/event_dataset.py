@@ -62,6 +62,7 @@ def dataset(
         "title": "periodic motions over the friction torque",
         "beltsim_version": beltsim.__version__,
         "Omega": problem.forcing.Omega,
+        "Omega_long_name": "fundamental of the forcing, 2 pi over its period",
         "Q_m_cr": Q_cr,
     }
     return xr.Dataset(variables, coordinates, about)

@@ -23,6 +23,7 @@ from beltsim.cli.operation import examined, friction_given, merged
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import operating_lines, warning_lines
 from beltsim.cli.text import complain, say, table
+from beltsim.cli.written import earlier, written_lines
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake, ResultFileError
 from beltsim.friction import Coulomb
 from beltsim.io import require_writable
@@ -56,14 +57,14 @@ def run(options: argparse.Namespace) -> int:
     settings = event_map.Settings(max_multiple=job.multiple)
     solved = event_map.solve_many(problems, settings)
     found = list(zip(job.torques.tolist(), solved, strict=True))
+    before = earlier(job.stem.parent)
     written, trouble = _write(job, found, ratio, None if options.no_plot else options.format)
     say(job.source.drive.name or job.stem.name, *operating_lines(job.survey, job.problem), "")
     say(*_locking_lines(job, ratio), "")
     say(*table(_TITLES, [_row(job.problem, Q, orbit) for Q, orbit in found]))
     orbits = [one for _, one in found if isinstance(one, Response)]
     say(*warning_lines((*job.survey.warnings, *_warnings(job.problem, orbits))))
-    if written:
-        say("", "Written", *(f"  {path}" for path in written))
+    say(*written_lines(written, before))
     for Q, orbit in found:
         if not isinstance(orbit, Response):
             complain(f"Q_m = {Q:.4g}: {orbit}")
@@ -182,13 +183,19 @@ def _write(job: _Job, found: Found, ratio: float, picture: str | None) -> tuple[
         job.stem.parent.mkdir(parents=True, exist_ok=True)
         data = dataset(job.problem, found, job.Q_cr)
         inputs = {"drive": job.source.text, "suffix": job.source.suffix}
+        data.attrs["firing_frequency"] = job.survey.Omega
+        data.attrs["firing_frequency_long_name"] = (
+            "Omega as commands print it: firing order times crank speed"
+        )
+        data.attrs["crank_speed_rpm"] = job.survey.rpm
         data.attrs["inputs"] = json.dumps({**inputs, "arguments": job.arguments})
         written.append(save_dataset(data, job.stem.with_name(f"{job.stem.name}-events.nc")))
         orbits = [orbit for _, orbit in found if isinstance(orbit, Response)]
         if picture is not None and orbits:
             from beltsim import plots  # loads matplotlib
 
-            title = f"Phases of the arm at {job.survey.rpm:.0f} rpm" if job.survey.rpm else None
+            name = f"{job.source.drive.name}\n" if job.source.drive.name else ""
+            title = f"{name}Phases of the arm at {job.survey.rpm:.0f} rpm"
             figure = plots.event_phases(orbits, job.Q_cr / ratio, title)
             path = job.stem.with_name(f"{job.stem.name}-events.{picture}")
             written.append(plots.save_figure(figure, path))

@@ -5,6 +5,7 @@ Depends on: response and metrics for their types only; cli.text.
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 #: Events listed at most; the result file has them all.
 MOST_EVENTS = 40
+#: Share of the period residual below which what is left of the slowest mode cannot explain it.
+SETTLED = 1e-3
 
 
 def event_lines(response: Response, rpm: float) -> list[str]:
@@ -33,11 +36,12 @@ def event_lines(response: Response, rpm: float) -> list[str]:
         return ["", head, f"  none: the arm {state} all the time"]
     in_ms, in_N_m = 1e3 * scales.time_s, scales.torque_N_m
     in_deg = float(np.degrees(scales.coordinates[response.problem.joint]))
+    turn = 6e-3 * rpm * in_ms * response.problem.period  # the crank's, in a forcing period
     rows = [
         [
             str(events.kind[i]),
             f"{events.t[i] * in_ms:.4f}",
-            f"{(events.t[i] * in_ms * 6e-3 * rpm) % 360.0:.2f}",
+            f"{round(events.t[i] * in_ms * 6e-3 * rpm % turn, 2) % turn:.2f}",
             f"{events.position[i] * in_deg:+.4f}",
             f"{events.torque_before[i] * in_N_m:+.3f}",
             f"{events.torque_after[i] * in_N_m:+.3f}",
@@ -56,7 +60,8 @@ def event_lines(response: Response, rpm: float) -> list[str]:
         "margin",
         "quality",
     ]
-    lines = ["", f"{head} (arm angle from its rest position)", *table(titles, rows)]
+    remark = f"arm angle from its rest position, crank angle within {turn:.4g} deg"
+    lines = ["", f"{head} ({remark})", *table(titles, rows)]
     if len(chosen) > MOST_EVENTS:
         lines.append(f"  ... and {len(chosen) - MOST_EVENTS} more, in the result file")
     return lines
@@ -84,26 +89,27 @@ def figure_lines(response: Response, found: Survey, periods: float) -> list[str]
             ("friction loss", _loss_words(response)),
         ]
     pairs.append(("energy balance", f"closed to {response.energy_balance_residual:.1e}"))
-    pairs.append(("period residual", _residual_words(response)))
+    pairs.append(("period residual", _residual_words(response, found, periods)))
     pairs.append(("slowest mode", _decay_words(found, periods)))
     return ["", f"Last {_window_words(response)}", *listed(pairs)]
 
 
 def range_lines(response: Response) -> list[str]:
-    """Lowest and highest value of every observable over the window."""
+    """Lowest and highest value of every observable over the window; the arm's, from its rest."""
     start = response.window[0]
     inside = response.t >= start * (1.0 - 1e-12)
     if not inside.any():
         return []
     rows = []
     for seen in response.problem.observables:
-        scale, unit = (seen.scale, seen.unit)
-        if unit == "rad":
+        name, rest, scale, unit = seen.name, 0.0, seen.scale, seen.unit
+        if unit == "rad":  # with the zero of the table of events
+            name, rest = f"{name} from rest", float(seen.cos[0])
             scale, unit = float(np.degrees(scale)), "deg"
-        values = response.observe(seen.name)[inside] * scale
+        values = (response.observe(seen.name)[inside] - rest) * scale
         low, high = float(values.min()), float(values.max())
         digits = 3 if unit == "deg" else 1
-        row = [seen.name, *(f"{value:.{digits}f}" for value in (low, high, high - low)), unit]
+        row = [name, *(f"{value:.{digits}f}" for value in (low, high, high - low)), unit]
         rows.append(row)
     return ["", *table(["over it", "lowest", "highest", "range", ""], rows)] if rows else []
 
@@ -128,10 +134,15 @@ def _loss_words(response: Response) -> str:
     return f"{short(joule)} J = {short(joule / seconds if seconds else 0.0)} W"
 
 
-def _residual_words(response: Response) -> str:
+def _residual_words(response: Response, found: Survey, periods: float) -> str:
     if response.period_residual is None:
         return "not known: the run is shorter than a period"
-    verdict = "periodic" if response.periodic else "not yet periodic: run longer (--periods)"
+    verdict = "periodic"
+    if not response.periodic:
+        decay = min(found.decay_free, found.decay_locked or math.inf)
+        verdict = "not yet periodic: run longer (--periods)"
+        if math.exp(-decay * periods) < SETTLED * response.period_residual:
+            verdict = "does not settle: another period, or irregular motion"
     return f"{response.period_residual:.1e} of the state ({verdict})"
 
 

@@ -81,7 +81,25 @@ def friction_given(source: Source, arguments: dict[str, Any]) -> Coulomb | None:
         static = law["static_friction_torque_N_m"] / unit
     if kinetic is None:
         kinetic = source.drive.tensioner.friction_torque_N_m / unit
-    return Coulomb(kinetic, static)
+    try:
+        return Coulomb(kinetic, static)
+    except InvalidProblemError as error:
+        raise InvalidProblemError([_in_newton_metres(one, law) for one in error.mistakes]) from None
+
+
+def _in_newton_metres(mistake: Mistake, law: dict[str, Any]) -> Mistake:
+    """A mistake of the law with the option and the value that were given, where they were SI."""
+    options = {
+        "friction.Q_m": "friction_torque_N_m",
+        "friction.Q_s": "static_friction_torque_N_m",
+    }
+    given_as = options[mistake.field]
+    if given_as not in law:
+        return mistake
+    allowed = "a finite number >= 0"
+    if mistake.field == "friction.Q_s":
+        allowed = "a finite number, at least the kinetic friction torque"
+    return Mistake(f"--{given_as.replace('_', '-')}", law[given_as], allowed)
 
 
 def examined(

@@ -33,7 +33,8 @@ def draw_motion(
         if problem.scales is not None:
             torque = f", friction {problem.friction.Q_m * problem.scales.torque_N_m:.4g} N m"
         title = f"{prefix}Tensioner arm{speed}{torque}"
-        figure = plots.arm_motion(response, rpm, title)
+        own = problem.labels is None or problem.labels[problem.joint] != "theta_t"
+        figure = plots.arm_motion(response, rpm, None if own else title)
         written.append(plots.save_figure(figure, _name(stem, "arm", suffix)))
     if any(seen.unit == "N" for seen in problem.observables):
         figure = plots.span_tensions(response, rpm, f"{prefix}Span tensions{speed}")

@@ -13,6 +13,7 @@ from beltsim.cli.mistakes import Mistakes
 from beltsim.cli.operation import rpm_of
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.text import complain, say
+from beltsim.cli.written import earlier
 from beltsim.errors import ResultFileError
 from beltsim.io import is_result_file, load, require_writable, stored_inputs
 from beltsim.response import Response
@@ -35,7 +36,7 @@ def run(options: argparse.Namespace) -> int:
     from beltsim.cli.pictures import draw_layout, draw_motion  # loads matplotlib
 
     stem = out / Path(options.file).stem
-    written = []
+    written, before = [], earlier(out)
     try:
         out.mkdir(parents=True, exist_ok=True)
         if response is not None and len(response.t) >= 2:
@@ -46,7 +47,13 @@ def run(options: argparse.Namespace) -> int:
     except (OSError, ResultFileError) as error:
         complain(str(error))
         return 1
+    if response is not None and len(response.t) < 2:
+        complain(
+            f"{options.file} holds {len(response.events)} events but no samples of the motion "
+            "(its run was stopped before the periods that are sampled, or kept none)"
+        )
     if not written:
         raise ResultFileError(f"{options.file} holds nothing to draw: no samples and no drive")
-    say(*(f"wrote {path}" for path in written))
+    for path in written:
+        say(f"wrote {path}{' (replaced an earlier one)' if path in before else ''}")
     return 0

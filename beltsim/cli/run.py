@@ -24,6 +24,7 @@ from beltsim.cli.repeat import repeat_lines
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import frequency_lines, operating_lines, span_lines, warning_lines
 from beltsim.cli.text import complain, say
+from beltsim.cli.written import earlier, written_lines
 from beltsim.errors import CoreError, ResultFileError
 from beltsim.io import load, require_writable, save
 from beltsim.metrics import Survey
@@ -64,6 +65,7 @@ def run(options: argparse.Namespace) -> int:
         return _gave_up(job, 1, str(error), error.partial)
     except KeyboardInterrupt as stop:
         return _gave_up(job, 130, "interrupted", getattr(stop, "partial", None))
+    before = earlier(job.stem.parent)
     # files first: a reader that goes away while we print (head) must not cost the result
     written, trouble = _write(job, response, None if options.no_plot else options.format)
     say(*start, *event_lines(response, job.survey.rpm), *range_lines(response))
@@ -72,8 +74,7 @@ def run(options: argparse.Namespace) -> int:
     if job.source.is_result and not given(options):
         say(*repeat_lines(response, load(options.file)))
     say(*warning_lines(tuple(dict.fromkeys((*job.survey.warnings, *response.warnings)))))
-    if written:
-        say("", "Written", *(f"  {path}" for path in written))
+    say(*written_lines(written, before))
     complain(trouble)
     return 1 if trouble else 0
 
@@ -172,5 +173,11 @@ def _gave_up(job: _Job, status: int, reason: str, partial: Response | None) -> i
         done = partial.window[1] / job.problem.period
         name = job.stem.with_name(f"{job.stem.name}-partial")
         written, trouble = _write(job._replace(stem=name), partial, None)
-        complain(trouble or f"{done:.6g} of {job.periods:g} periods are in {written[0]}")
+        held = ""
+        if len(partial.t) == 0:
+            held = (
+                f": events and the state reached, but no samples, which are taken of the last "
+                f"{job.settings.kept_periods:g} periods of a whole run, and so no pictures"
+            )
+        complain(trouble or f"{done:.6g} of {job.periods:g} periods are in {written[0]}{held}")
     return status

@@ -95,9 +95,11 @@ def _looks_like(file: Path) -> str:
     for signature, what in _LOOKS:
         if first.startswith(signature):
             return what
+    if file.stat().st_size > MAX_BYTES:
+        return ""  # its size is said
     if file.suffix.lower() == ".nc":
         return "something else whose name ends in .nc: it is no netCDF file either"
-    return "binary data" if b"\0" in first and file.stat().st_size <= MAX_BYTES else ""
+    return "binary data" if b"\0" in first else ""
 
 
 def _parsed(file: Path, text: str, parse: Callable[[str], Any]) -> Any:

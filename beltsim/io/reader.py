@@ -113,6 +113,12 @@ def _stored(path: str | Path, values: bool = True) -> _Stored:
 
 
 def _require_known(path: str | Path, attributes: dict[str, Any]) -> None:
+    if attributes.get("kind") != KIND and "beltsim_version" in attributes:
+        title = attributes.get("title", "a study")
+        raise ResultFileError(
+            f"{path} is a table of beltsim ({title}) and holds no motion; "
+            "open it with xarray.open_dataset"
+        )
     if attributes.get("kind") != KIND:
         raise ResultFileError(f"{path} is no result file: netCDF, but not written by beltsim")
     version = np.ravel(attributes["schema_version"])  # netCDF has numbers as arrays of one

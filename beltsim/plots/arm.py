@@ -71,7 +71,7 @@ def arm_motion(
     crank_rpm : float, optional
         Crank speed; named in the title and used for a second scale in degrees.
     title : str, optional
-        Replaces "Tensioner arm".
+        Replaces "Tensioner arm", or the joint's label where the problem is no belt drive.
     periods : float
         Forcing periods to show; fewer where fewer were sampled.
 
@@ -96,9 +96,12 @@ def arm_motion(
         _shade_sticking(axes, response, axis, joint)
         axes.axhline(0.0, color=INK, linewidth=0.7)
     upper.plot(curves.t, curves.velocity, color=BLUE, linewidth=1.7)
-    upper.set_ylabel(f"arm velocity ({curves.velocity_unit})", color=BLUE)
+    label = (response.problem.labels or ())[joint]
+    arm = label == "theta_t"  # as an assembled drive calls it
+    velocity = "arm velocity" if arm else f"velocity of {label}"
+    upper.set_ylabel(plain(f"{velocity} ({curves.velocity_unit})"), color=BLUE)
     lower.plot(curves.t, curves.torque, color=VERMILLION, linewidth=1.7)
-    lower.set_ylabel(f"friction torque ({curves.torque_unit})", color=VERMILLION)
+    lower.set_ylabel(f"friction {'torque ' if arm else ''}({curves.torque_unit})", color=VERMILLION)
     static = law.Q_s if isinstance(law, Coulomb) and law.Q_s is not None else law.Q_m
     two = static > law.Q_m
     _draw_levels(lower, law.Q_m * curves.torque_scale, "Q_m", "--", -1.0 if two else 0.0)
@@ -109,7 +112,9 @@ def arm_motion(
     lower.set_xlim(0.0, float(axis.shown(axis.end)))
     add_crank_angle(upper, axis, crank_rpm)
     speed = f" at {crank_rpm:.0f} rpm" if crank_rpm is not None else ""
-    figure.suptitle(plain(title or f"Tensioner arm{speed}"), fontsize=12)
+    figure.suptitle(
+        plain(title or f"{'Tensioner arm' if arm else f'Joint {label}'}{speed}"), fontsize=12
+    )
     _add_legend(figure, upper)
     return figure
 

@@ -64,7 +64,7 @@ def curves(
     Raises
     ------
     InvalidProblemError
-        When a panel has another dimension, or none is given.
+        When `panels` is no mapping or empty, or a panel has another dimension.
 
     Examples
     --------
@@ -76,12 +76,17 @@ def curves(
     >>> len(figure.axes[0].get_lines())
     2
     """
-    allowed = {name for name in (x, lines, styles) if name}
+    if not isinstance(panels, Mapping):
+        allowed = "a mapping from the label of each vertical axis to its data: {label: data}"
+        raise InvalidProblemError(Mistake("panels", type(panels).__name__, allowed))
+    known = {name for name in (x, lines, styles) if name}
     for name, data in panels.items():
-        if x not in data.dims or not set(data.dims) <= allowed:
-            raise InvalidProblemError(
-                Mistake(f"panels[{name!r}].dims", data.dims, f"{x} and some of {sorted(allowed)}")
-            )
+        other = sorted(set(map(str, data.dims)) - known)
+        if x not in data.dims or other:
+            allowed = f"{x} and some of {sorted(known)}"
+            if other:
+                allowed += f"; tell {' and '.join(other)} apart with lines= or styles="
+            raise InvalidProblemError(Mistake(f"panels[{name!r}].dims", data.dims, allowed))
     if not panels:
         raise InvalidProblemError("nothing to draw: no panels")
     figure = new_figure(7.5, 1.2 + 2.5 * len(panels))

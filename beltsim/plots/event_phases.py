@@ -57,12 +57,14 @@ def event_phases(
     for orbit, torque, width in zip(orbits, torques, _widths(torques), strict=True):
         _column(axes, orbit, float(torque), float(width))
     if Q_m_cr is not None:
-        axes.axvline(Q_m_cr * factor, color=INK, linestyle="--", linewidth=1.0)
+        axes.axvline(Q_m_cr * factor, color=INK, linestyle="--", linewidth=1.0, label="locked from")
     axes.set_xlabel(f"kinetic friction torque ({unit})")
     axes.set_ylabel("time over forcing period")
     axes.set_ylim(0.0, 1.0)
     for colour, name in _COLOURS.values():
         axes.fill_between([], [], color=colour, label=name)
+    if any((orbit.events.kind == "reverse").any() for orbit in orbits):
+        axes.plot([], [], ".", color=INK, label="reverses")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.13), ncol=3, frameon=False)
     axes.set_title(plain(title or "Phases of the arm"), loc="left")
     return figure

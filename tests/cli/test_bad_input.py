@@ -39,20 +39,20 @@ def no_run(monkeypatch):
 
 
 BAD_OPTIONS = {
-    "--Q-m=-1": "friction.Q_m = -1.0",
-    "--Q-m=nan": "friction.Q_m = nan",
-    "--friction-torque-N-m=inf": "friction.Q_m = inf",
-    "--Q-s=0.1": "friction.Q_s = 0.1",
-    "--omega=0": "Omega = 0.0",
-    "--omega=-3": "Omega = -3.0",
-    "--rpm=nan": "rpm = nan",
-    "--functions=0": "n_functions = 0",
-    "--functions=4,5": "n_functions = ",
+    "--Q-m=-1": "--Q-m = -1.0",
+    "--Q-m=nan": "--Q-m = nan",
+    "--friction-torque-N-m=inf": "--friction-torque-N-m = inf",
+    "--Q-s=0.1": "--Q-s = 0.1",
+    "--omega=0": "--omega = 0.0",
+    "--omega=-3": "--omega = -3.0",
+    "--rpm=nan": "--rpm = nan",
+    "--functions=0": "--functions = 0",
+    "--functions=4,5": "--functions = ",
     "--periods=0": "--periods = 0.0",
     "--periods=inf": "--periods = inf",
-    "--rtol=0.5": "settings.rtol = 0.5",
-    "--samples=0": "settings.samples_per_period = 0",
-    "--max-seconds=-1": "settings.max_seconds = -1.0",
+    "--rtol=0.5": "--rtol = 0.5",
+    "--samples=0": "--samples = 0",
+    "--max-seconds=-1": "--max-seconds = -1.0",
 }
 
 
@@ -94,7 +94,7 @@ def test_every_mistake_is_told_at_once(tmp_path, text, capsys, no_run):
         capsys, "run", str(file), "--rtol", "7", "--periods", "-1", "--out", out, "--Q-m=-1"
     )
     said = "\n".join(lines)
-    for word in ("pulleys[1].radius_m = -1.0", "speed", "settings.rtol", "--periods", "file/out"):
+    for word in ("pulleys[1].radius_m = -1.0", "speed", "--rtol", "--periods", "file/out"):
         assert word in said
     assert len(lines) == 5
 

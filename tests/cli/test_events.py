@@ -113,3 +113,20 @@ def test_a_run_that_lost_an_event_is_told(monkeypatch):
 
     lines = "\n".join(exactness_lines(stick_slip()))
     assert "differ" in lines
+
+
+def test_both_frequencies_are_named_in_the_dataset(study):
+    with xr.open_dataset(study[0] / "zhu_parker_2008-events.nc", engine="h5netcdf") as data:
+        assert data.attrs["Omega"] == pytest.approx(6.3)
+        assert "fundamental" in data.attrs["Omega_long_name"]
+        assert data.attrs["firing_frequency"] == pytest.approx(6.3)
+        assert data.attrs["crank_speed_rpm"] == pytest.approx(3089.3, abs=0.1)
+
+
+@pytest.mark.parametrize("verb", ["run", "plot", "modes"])
+def test_its_dataset_is_no_motion(study, verb, capsys):
+    assert main([verb, str(study[0] / "zhu_parker_2008-events.nc")]) == 2
+    error = capsys.readouterr().err
+    assert "a table of beltsim (periodic motions over the friction torque)" in error
+    assert "holds no motion" in error
+    assert error.count("\n") == 1

@@ -1,13 +1,16 @@
 """`beltsim run`: what is printed is what was computed, files are whole, runs can be repeated."""
 
+import dataclasses
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +18,7 @@ import pytest
 import beltsim
 from beltsim.cli import main
 from beltsim.cli.arguments import METHODS
+from beltsim.cli.motion import figure_lines
 from beltsim.errors import CoreError
 from beltsim.io import load, save, stored_inputs
 from beltsim.transient import Settings, integrate
@@ -83,8 +87,8 @@ def test_the_event_table_is_that_of_the_last_period(short_run, response):
         assert angle == pytest.approx(np.degrees(events.position[i]), abs=1e-4)
         assert before == pytest.approx(events.torque_before[i] * scales.torque_N_m, abs=1e-3)
         assert after == pytest.approx(events.torque_after[i] * scales.torque_N_m, abs=1e-3)
-        # the firing frequency is three times the crank's
-        turn = np.degrees(events.t[i] * 6.3 / 3.0) % 360.0
+        # the firing frequency is three times the crank's, whose angle counts within a period
+        turn = np.degrees(events.t[i] * 6.3 / 3.0) % 120.0
         assert crank == pytest.approx(turn, abs=0.01)
 
 
@@ -100,6 +104,10 @@ def test_extremes_of_the_tensions_belong_to_the_last_period(short_run, response)
     cells = re.search(r"^  tension of span 1 +(\S+) +(\S+)", short_run[1], re.MULTILINE)
     assert float(cells[1]) == pytest.approx(tension.min(), abs=0.06)
     assert float(cells[2]) == pytest.approx(tension.max(), abs=0.06)
+    arm = np.degrees(response.q[last, -1])  # with the zero of the table of events
+    cells = re.search(r"^  arm angle from rest +(\S+) +(\S+)", short_run[1], re.MULTILINE)
+    assert float(cells[1]) == pytest.approx(arm.min(), abs=6e-4)
+    assert float(cells[2]) == pytest.approx(arm.max(), abs=6e-4)
 
 
 def test_the_result_carries_its_inputs(short_run, example):
@@ -183,6 +191,15 @@ def test_a_run_that_stops_early_is_kept(example, tmp_path, capsys):
     error = capsys.readouterr().err
     assert "BS_OUT_OF_TIME" in error
     assert "of 100000 periods are in" in error
+    assert "but no samples, which are taken of the last 2 periods" in error
+    assert (
+        main(["plot", str(tmp_path / "zhu_parker_2008-partial.nc"), "--out", str(tmp_path / "p")])
+        == 0
+    )
+    said = capsys.readouterr()
+    assert "but no samples of the motion" in said.err
+    assert "layout" in said.out
+    shutil.rmtree(tmp_path / "p")
     assert [file.name for file in tmp_path.iterdir()] == ["zhu_parker_2008-partial.nc"]
     file = tmp_path / "zhu_parker_2008-partial.nc"
     assert len(load(file).events) > 0
@@ -285,3 +302,30 @@ def test_a_bar_only_on_a_terminal(example, tmp_path):
     assert loud.wait(timeout=60) == 1
     assert b"integrating" in seen
     assert b"%" in seen
+
+
+def test_replaced_files_are_marked(example, tmp_path, capsys):
+    words = ["run", example, *QUICK, "--periods", "1", "--out", str(tmp_path), "--no-plot"]
+    assert main(words) == 0
+    assert "(replaced" not in capsys.readouterr().out
+    assert main([*words, "--rpm", "900"]) == 0
+    assert "zhu_parker_2008.nc  (replaced an earlier one: --out FOLDER keeps both)" in (
+        capsys.readouterr().out
+    )
+
+
+def test_a_motion_that_does_not_settle_is_told_so(response):
+    restless = dataclasses.replace(response, period_residual=0.3, periodic=False)
+    slow = SimpleNamespace(decay_free=0.1, decay_locked=0.1)
+    said = [figure_lines(restless, slow, periods)[-2] for periods in (20.0, 500.0)]
+    assert "3.0e-01 of the state (not yet periodic: run longer (--periods))" in said[0]
+    assert "3.0e-01 of the state (does not settle: another period, or irregular motion)" in said[1]
+
+
+def test_a_torque_given_in_newton_metres_is_refused_in_newton_metres(example, capsys):
+    words = ["--friction-torque-N-m", "5", "--static-friction-torque-N-m", "4"]
+    assert main(["modes", example, *words]) == 2
+    assert capsys.readouterr().err == (
+        "beltsim: --static-friction-torque-N-m = 4.0: must be a finite number, at least the "
+        "kinetic friction torque\n"
+    )

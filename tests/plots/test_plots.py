@@ -212,3 +212,22 @@ def test_layouts_of_random_drives(seed):
         assert box.y1 <= frame.y1
     for i, one in enumerate(boxes):
         assert not any(one.padded(-1.0).overlaps(other) for other in boxes[:i])
+
+
+def test_a_joint_of_ones_own_matrices_is_called_by_its_label(swing):
+    own = replace(swing.problem, labels=("shaken", "rubbing"), scales=None)
+    figure = plots.arm_motion(replace(swing, problem=own))
+    said = texts(figure)
+    assert "Joint rubbing" in said
+    assert "velocity of rubbing" in said
+    assert "Tensioner" not in said
+
+
+def test_event_phases_explain_the_line_and_the_dots(swing):
+    orbit = replace(swing, window=(0.0, swing.problem.period))
+    reversing = replace(orbit, events=replace(orbit.events, kind=["reverse"] * len(orbit.events)))
+    for orbits, expected in (([orbit], False), ([orbit, reversing], True)):
+        figure = plots.event_phases(orbits, 2.0, "a")
+        words = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+        assert "locked from" in words
+        assert ("reverses" in words) is expected

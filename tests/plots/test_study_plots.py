@@ -76,3 +76,10 @@ def test_histories_show_each_method(tmp_path):
     assert len(curves) == 2
     np.testing.assert_array_equal(curves[1].get_ydata(), parts["R = 9"].velocity[0])
     plots.save_figure(figure, tmp_path / "arm.png")
+
+
+def test_curves_say_how_to_tell_a_dimension_apart(grid):
+    with pytest.raises(InvalidProblemError, match=r"tell Q_m apart with lines= or styles="):
+        plots.curves({"loss": grid.dissipated_energy}, "Omega")
+    with pytest.raises(InvalidProblemError, match=r"panels = 'DataArray': must be a mapping"):
+        plots.curves(grid.dissipated_energy, "Omega", "Q_m")
