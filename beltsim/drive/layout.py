@@ -103,6 +103,11 @@ class Layout:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, read_only(getattr(self, name)))
 
+    def __repr__(self) -> str:
+        lengths = ", ".join(f"{1e3 * length:.1f}" for length in self.span_length_m[:8])
+        more = ", ..." if self.n > 8 else ""
+        return f"<Layout: {self.n} pulleys, spans {lengths}{more} mm, travel {self.travel!r}>"
+
     @property
     def n(self) -> int:
         """Number of pulleys, and of spans."""

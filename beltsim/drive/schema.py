@@ -22,7 +22,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 
 from beltsim.drive.layout import Layout, lay_out
 from beltsim.drive.wording import number_words
-from beltsim.errors import InvalidDriveError, Mistake
+from beltsim.errors import InvalidDriveError, Mistake, short_name
 
 MAX_PULLEYS = 100
 DEFAULT_FIRING_ORDER = 3.0
@@ -285,6 +285,19 @@ class Drive(Table):
             found = mistakes_in(tables)
         if found:
             raise InvalidDriveError(found)
+
+    def __repr__(self) -> str:
+        point = self.operating_point
+        speed = f"{point.rpm:g} rpm" if point.rpm is not None else f"Omega = {point.Omega:g}"
+        names = ", ".join(short_name(pulley.name) for pulley in self.pulleys[:8])
+        more = ", ..." if len(self.pulleys) > 8 else ""
+        arm = "with" if self.tensioner is not None else "without"
+        return (
+            f"<Drive {self.name!r}: {len(self.pulleys)} pulleys ({names}{more}), {arm} tensioner, "
+            f"{speed}>"
+        )
+
+    __str__ = __repr__
 
     @classmethod
     def model_validate(cls, obj: Any, **_: Any) -> Self:

@@ -57,9 +57,10 @@ def integrate(
     InvalidProblemError
         When an argument cannot be used.
     CoreError
-        When the core stopped; `partial` holds the response until then.
+        When the core stopped; `partial` holds the response until then: all events, the state
+        reached, and such samples as were due, which with ``keep="last_period"`` are none early on.
     KeyboardInterrupt
-        On Ctrl-C, within about 0.1 s; its attribute `partial` holds the response until then.
+        On Ctrl-C, within about 0.1 s; its attribute `partial` holds the same.
 
     Examples
     --------

@@ -403,3 +403,12 @@ def test_importing_drives_loads_nothing_heavy():
     loaded = set(run.stdout.split())
     assert {"numpy", "pydantic"} <= loaded
     assert not loaded & {"scipy", "xarray", "matplotlib", "tqdm", "tomli_w", "pandas", "numba"}
+
+
+def test_its_text_is_one_short_line(data):
+    drive = Drive(**data)
+    assert repr(drive) == str(drive)
+    assert repr(drive) == (
+        "<Drive 'Zhu & Parker 2008, Table 1': 3 pulleys (1, 2, 3), with tensioner, Omega = 6.3>"
+    )
+    assert repr(drive.layout).startswith("<Layout: 3 pulleys, spans 154.8, 344.9, 551.8 mm")
