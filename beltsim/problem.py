@@ -102,12 +102,17 @@ class Observable:
         values: FloatArray = q @ self.row + np.cos(angle) @ self.cos + np.sin(angle) @ self.sin
         return values
 
+    @property
+    def shown(self) -> tuple[float, str]:
+        """Factor and unit, behind a space, in which values are printed: angles in degrees."""
+        if self.unit == "rad":
+            return float(np.degrees(self.scale)), " deg"
+        return self.scale, "" if self.unit == "1" else f" {self.unit}"
+
     def warnings(self, values: FloatArray) -> list[str]:
         """One sentence per limit that `values` (nt,) of it cross: how often, and the extreme."""
         found = []
-        unit, scale = "" if self.unit == "1" else f" {self.unit}", self.scale
-        if self.unit == "rad":
-            unit, scale = " deg", float(np.degrees(scale))
+        scale, unit = self.shown
         for limit, sign, verb, extreme in (
             (self.lower, -1.0, "falls below", "lowest"),
             (self.upper, 1.0, "exceeds", "highest"),
@@ -120,6 +125,8 @@ class Observable:
             found.append(
                 f"{self.name} {verb} {limit * scale:.6g}{unit} {times} "
                 f"time{'s' if times > 1 else ''} in the last period, {extreme} {worst:.6g}{unit}"
+                + " from the reference"
+                * (self.unit == "rad")
             )
         return found
 

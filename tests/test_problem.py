@@ -358,3 +358,11 @@ def test_indefinite_stiffness_warns_in_every_response():
     assert weak.with_friction(Coulomb(6.0)).warnings == weak.warnings
     rigid = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[0.0]], 0, push, Coulomb(5.0))
     assert rigid.warnings == ()
+
+
+def test_limits_of_angles_are_told_in_degrees():
+    angle = Observable("angle", [1.0, 0.0], [0.0], [0.0], -0.1, 0.1, unit="rad")
+    (text,) = angle.warnings(np.array([0.0, 0.2, 0.0]))
+    assert text.startswith("angle exceeds 5.72958 deg 1 time in the last period, ")
+    assert text.endswith("highest 11.4592 deg from the reference")
+    assert SEEN.shown == (1.0, "")

@@ -78,15 +78,15 @@ def _warnings(problem: FrictionProblem, orbits: list[Response]) -> list[str]:
     names = tuple(seen.name for seen in problem.observables)
     found = [text for one in orbits for text in one.warnings if not text.startswith(names)]
     for seen in problem.observables:
-        unit = "" if seen.unit == "1" else f" {seen.unit}"
+        scale, unit = seen.shown
         values = [seen.at(one.t, one.q, one.problem.forcing.Omega) for one in orbits]
         for limit, sign, verb in ((seen.lower, -1.0, "falls below"), (seen.upper, 1.0, "exceeds")):
             worst = [sign * float((sign * each).max()) for each in values]
             beyond = [each for each in worst if sign * (each - limit) > 0.0]
             if beyond:
-                extreme = sign * max(sign * each for each in beyond) * seen.scale
+                extreme = sign * max(sign * each for each in beyond) * scale
                 found.append(
-                    f"{seen.name} {verb} {limit * seen.scale:.6g}{unit} at {len(beyond)} of "
+                    f"{seen.name} {verb} {limit * scale:.6g}{unit} at {len(beyond)} of "
                     f"{len(orbits)} torques, as far as {extreme:.6g}{unit}"
                 )
     return list(dict.fromkeys(found))

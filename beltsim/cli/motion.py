@@ -102,14 +102,13 @@ def range_lines(response: Response) -> list[str]:
         return []
     rows = []
     for seen in response.problem.observables:
-        name, rest, scale, unit = seen.name, 0.0, seen.scale, seen.unit
-        if unit == "rad":  # with the zero of the table of events
+        name, rest, (scale, unit) = seen.name, 0.0, seen.shown
+        if seen.unit == "rad":  # with the zero of the table of events
             name, rest = f"{name} from rest", float(seen.cos[0])
-            scale, unit = float(np.degrees(scale)), "deg"
         values = (response.observe(seen.name)[inside] - rest) * scale
         low, high = float(values.min()), float(values.max())
-        digits = 3 if unit == "deg" else 1
-        row = [name, *(f"{value:.{digits}f}" for value in (low, high, high - low)), unit]
+        digits = 3 if seen.unit == "rad" else 1
+        row = [name, *(f"{value:.{digits}f}" for value in (low, high, high - low)), unit.strip()]
         rows.append(row)
     return ["", *table(["over it", "lowest", "highest", "range", ""], rows)] if rows else []
 
