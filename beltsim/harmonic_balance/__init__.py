@@ -12,6 +12,7 @@ Depends on: errors, checks, problem, friction, response; numba in `_kernels` alo
 from __future__ import annotations
 
 from beltsim.harmonic_balance.condensation import condense
+from beltsim.harmonic_balance.continuation import Branch, follow, trace
 from beltsim.harmonic_balance.many import solve_many
 from beltsim.harmonic_balance.reversals import reversals_of_series, sign_change_angles
 from beltsim.harmonic_balance.settings import Settings
@@ -19,12 +20,15 @@ from beltsim.harmonic_balance.solve import solve
 from beltsim.harmonic_balance.survey import Survey, survey
 
 __all__ = [
+    "Branch",
     "Settings",
     "Survey",
     "condense",
+    "follow",
     "reversals_of_series",
     "sign_change_angles",
     "solve",
     "solve_many",
     "survey",
+    "trace",
 ]

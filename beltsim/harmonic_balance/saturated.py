@@ -106,7 +106,7 @@ def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> So
     x = set_valued._pairs(condensed.velocity)
     history: list[float] = []
     if settings.start == "set_valued" and law.Q_m > 0.0:
-        x = _interior(condensed, law, samples)
+        x = velocity_of(condensed, law, samples)
         balance = balance_of(condensed, law, samples)
         x, good = _balanced(balance, x, settings, history)
     else:
@@ -154,7 +154,7 @@ def _down_the_ladder(
     return x, good
 
 
-def _interior(condensed: Condensed, law: SaturatedCoulomb, samples: int) -> FloatArray:
+def velocity_of(condensed: Condensed, law: SaturatedCoulomb, samples: int) -> FloatArray:
     """The velocity (pairs) by the interior-point method."""
     size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
     half_wave = condensed.half_wave and samples % 2 == 0

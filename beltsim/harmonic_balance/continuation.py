@@ -1,0 +1,255 @@
+r"""Branches of solutions over a parameter, through folds: pseudo-arclength continuation.
+
+A branch of :math:`r(x, \lambda) = 0` is followed along its own length: from a point a step is made
+along the tangent of the scaled unknowns :math:`u = (x/x_s, \lambda/\lambda_s)`, and Newton's method
+returns to the branch in the plane normal to it. Folds in :math:`\lambda` are no obstacle. `trace`
+takes any residual; `follow` the balance of the saturated law for a problem of a parameter.
+
+Depends on: errors, checks, friction, problem, condensation, saturated, settings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+
+from beltsim.checks import FloatArray, read_only
+from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake, UnsupportedLawError
+from beltsim.friction import SaturatedCoulomb
+from beltsim.harmonic_balance.condensation import condense
+from beltsim.harmonic_balance.saturated import Balance, balance_of, velocity_of
+from beltsim.harmonic_balance.settings import Settings
+from beltsim.problem import FrictionProblem
+
+#: Newton steps of a correction, its largest last step, and the step of differences, scaled.
+CORRECTIONS, CORRECTED, DIFFERENCE = 8, 1e-9, 1e-6
+#: A step grows by this after a quick correction, and shrinks by the other after none.
+GROWTH, SHRINKAGE = 1.4, 0.5
+#: A tangent may turn by this between points: least cosine.
+STRAIGHT = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class Branch:
+    """Points of a branch, in order.
+
+    Parameters
+    ----------
+    values : (k,) the parameter.
+    x : (k, m) the unknowns.
+    folds : tuple of int
+        Points next to which the parameter turns back.
+    """
+
+    values: FloatArray
+    x: FloatArray
+    folds: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        for name in ("values", "x"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+
+def trace(
+    residual: Callable[[FloatArray, float], FloatArray],
+    x: Any,
+    value: float,
+    *,
+    within: tuple[float, float],
+    direction: int = 1,
+    step: float = 0.05,
+    least_step: float = 1e-5,
+    most: int = 500,
+    scale: Any = None,
+) -> Branch:
+    """The branch of residual(x, value) = 0 through a point near (x, value).
+
+    Parameters
+    ----------
+    residual : callable
+        Takes x (m,) and the parameter, returns (m,).
+    x : (m,) first guess at `value`.
+    value : float
+    within : (low, high)
+        The branch ends where the parameter leaves it.
+    direction : int
+        +1: the parameter grows at first; -1: it falls.
+    step, least_step : float
+        First length of a step (also the longest is 4 times it) and the shortest, scaled.
+    most : int
+        Most points.
+    scale : (m,), optional
+        Size of the unknowns; default: the largest of |x|, for all alike.
+
+    Returns
+    -------
+    Branch
+        From the first point to where it leaves `within`, or `most` points.
+
+    Raises
+    ------
+    InvalidProblemError
+        When value is not within its limits, or direction is not 1 or -1.
+    ConvergenceError
+        When no step longer than `least_step` comes back to the branch; `partial` is the branch up
+        to there.
+
+    Examples
+    --------
+    >>> circle = trace(lambda x, p: x**2 + p**2 - 1.0, [1.0], 0.0, within=(-2.0, 2.0), most=60)
+    >>> bool(circle.folds), float(abs(circle.values).max().round(2))
+    (True, 1.0)
+    """
+    low, high = within
+    if not low <= value <= high:
+        raise InvalidProblemError(Mistake("value", value, f"between {low:g} and {high:g}"))
+    if direction not in (1, -1):
+        raise InvalidProblemError(Mistake("direction", direction, "1 or -1"))
+    x = np.atleast_1d(np.asarray(x, dtype=float))
+    sizes = np.full(len(x), max(float(np.abs(x).max()), 1e-300)) if scale is None else scale
+    units = np.append(sizes, high - low)
+
+    def scaled(u: FloatArray) -> FloatArray:
+        return np.asarray(residual(u[:-1] * units[:-1], float(u[-1] * units[-1])), dtype=float)
+
+    along = np.zeros(len(units))
+    along[-1] = 1.0
+    u, history = _corrected(scaled, np.append(x, value) / units, along)
+    if u is None:
+        message = f"no solution near the first point at {value:g}: residual {min(history):.2g}"
+        raise ConvergenceError(message, None, history)
+    tangent = _tangent(scaled, u, direction * along)
+    points, longest = [u], 4.0 * step
+    folds: list[int] = []
+    while len(points) < most:
+        following, history = _corrected(scaled, u + step * tangent, tangent)
+        turned = None if following is None else _tangent(scaled, following, tangent)
+        if following is None or turned is None or turned @ tangent < STRAIGHT:
+            step *= SHRINKAGE
+            if step >= least_step:
+                continue
+            branch = _branch(points, units, folds)
+            message = (
+                f"the branch could not be followed beyond {branch.values[-1]:.6g} after "
+                f"{len(branch)} points: residual {min(history):.2g}; try a smaller least_step "
+                f"({least_step:g} now)"
+            )
+            raise ConvergenceError(message, branch, history)
+        if not low <= following[-1] * units[-1] <= high:  # the last point, on the limit itself
+            limit = (high if following[-1] > u[-1] else low) / units[-1]
+            share = (limit - u[-1]) / (following[-1] - u[-1])
+            last, _ = _corrected(scaled, u + share * (following - u), along)
+            if last is not None and share > 0.0:
+                points.append(last)
+            break
+        if turned[-1] * tangent[-1] < 0.0:
+            folds.append(len(points))
+        u, tangent = following, turned
+        points.append(u)
+        if len(history) <= 4:
+            step = min(longest, GROWTH * step)
+    return _branch(points, units, folds)
+
+
+def follow(
+    problem_of: Callable[[float], FrictionProblem],
+    value: float,
+    *,
+    within: tuple[float, float],
+    R: int = 15,
+    settings: Settings | None = None,
+    **options: Any,
+) -> Branch:
+    """The response with the saturated law over a parameter of the problem.
+
+    Parameters
+    ----------
+    problem_of : callable
+        The problem at a value of the parameter: a torque, a frequency, a stiffness, ...
+    value, within : see `trace`
+    R : int
+    settings : Settings, optional
+        `harmonics` and `samples` count.
+    options
+        As for `trace`.
+
+    Returns
+    -------
+    Branch
+        `x` holds pairs of the joint's velocity harmonics: Re V_r, -Im V_r.
+
+    Raises
+    ------
+    UnsupportedLawError
+        When the law is not `SaturatedCoulomb`.
+    ConvergenceError
+        As `trace`.
+    """
+    settings = settings or Settings()
+
+    def balance(parameter: float) -> Balance:
+        problem = problem_of(parameter)
+        law = problem.friction
+        if not isinstance(law, SaturatedCoulomb):
+            message = "branches are followed for SaturatedCoulomb: exact friction has no derivative"
+            raise UnsupportedLawError(message)
+        condensed = condense(problem, R, settings.harmonics)
+        samples = settings.samples_for(int(condensed.turns[-1]))
+        return balance_of(condensed, law, samples)
+
+    def left(x: FloatArray, parameter: float) -> FloatArray:
+        now = balance(parameter)
+        return now.residual(x) / max(float(np.abs(now.load).max()), now.Q_m)
+
+    balance(value)  # refuses another law first
+    condensed = condense(problem_of(value), R, settings.harmonics)
+    law = cast("SaturatedCoulomb", problem_of(value).friction)
+    x = velocity_of(condensed, law, settings.samples_for(int(condensed.turns[-1])))
+    return trace(left, x, value, within=within, **options)
+
+
+def _corrected(
+    scaled: Callable[[FloatArray], FloatArray], guess: FloatArray, normal: FloatArray
+) -> tuple[FloatArray | None, list[float]]:
+    """Newton's method in the plane through `guess` normal to `normal`; residuals on the way."""
+    u, history = guess, []
+    for _ in range(CORRECTIONS):
+        left = scaled(u)
+        history.append(float(np.abs(left).max(initial=0.0)))
+        if not np.isfinite(history[-1]):
+            break
+        matrix = np.vstack([_jacobian(scaled, u), normal])
+        try:
+            change = np.linalg.solve(matrix, np.append(-left, normal @ (guess - u)))
+        except np.linalg.LinAlgError:
+            break
+        u = u + change
+        if float(np.abs(change).max()) < CORRECTED:
+            return u, history
+    return None, history
+
+
+def _tangent(
+    scaled: Callable[[FloatArray], FloatArray], u: FloatArray, before: FloatArray
+) -> FloatArray:
+    """Unit null vector of the residual's derivative, on the side of `before`."""
+    _, _, vectors = np.linalg.svd(_jacobian(scaled, u))
+    tangent: FloatArray = vectors[-1]
+    return tangent if tangent @ before >= 0.0 else -tangent
+
+
+def _jacobian(scaled: Callable[[FloatArray], FloatArray], u: FloatArray) -> FloatArray:
+    """Derivative (m, m + 1) by central differences."""
+    columns = [scaled(u + DIFFERENCE * e) - scaled(u - DIFFERENCE * e) for e in np.eye(len(u))]
+    return np.array(columns).T / (2.0 * DIFFERENCE)
+
+
+def _branch(points: list[FloatArray], units: FloatArray, folds: list[int]) -> Branch:
+    found = np.array(points) * units
+    return Branch(found[:, -1], found[:, :-1], tuple(folds))
