@@ -69,6 +69,8 @@ def _run(cases: Sequence[Case], options: argparse.Namespace, root: Path) -> int:
             progress.done(result)
             results.append(result)
             print(table.terminal(result), flush=True)
+            if options.stop_after and sum(not r.passed for r in results) >= options.stop_after:
+                break
     except KeyboardInterrupt:
         progress.clear()
         print(f"interrupted after {len(results)} of {len(cases)} cases", file=sys.stderr)
@@ -106,6 +108,8 @@ def _options(argv: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument(
         "--workers", type=int, metavar="N", default=len(os.sched_getaffinity(0)), help=help_workers
     )
+    help_stop = "stop after N cases that do not pass"
+    parser.add_argument("--stop-after", type=int, metavar="N", help=help_stop)
     help_readme = "run everything and write the table of validation/README.md"
     parser.add_argument("--readme", action="store_true", help=help_readme)
     return parser.parse_args(argv)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from beltsim import event_map, harmonic_balance
-from validation.cross_method.orders import order
+from validation.cross_method.slopes import slope
 from validation.reference import printed
 from validation.row import Row
 from validation.zhu_parker_2008.paper import problem
@@ -27,7 +27,7 @@ def compute() -> list[Row]:
         size = float(np.sqrt(0.5)) * np.linalg.norm(exact)
         share = _error(found, exact) * size / found.statistics["error_estimate"]
         rows += [
-            Row(f"order, {name}", order(HARMONICS, errors), expected["order"]),
+            Row(f"order, {name}", slope(HARMONICS, errors), expected["order"]),
             Row(f"error times R, largest, {name}", largest, expected["bound"]),
             Row(f"error over its estimate, R = 15, {name}", share, expected["covered"]),
         ]
