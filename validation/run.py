@@ -124,6 +124,8 @@ def _unusable(options: argparse.Namespace) -> list[str]:
     ]
     if options.workers < 1:
         found.append(f"--workers {options.workers}: must be at least 1")
+    if options.stop_after is not None and options.stop_after < 1:
+        found.append(f"--stop-after {options.stop_after}: must be at least 1")
     if options.html and importlib.util.find_spec("jinja2") is None:
         found.append("--html needs jinja2: pip install jinja2")
     return found

@@ -255,6 +255,17 @@ def test_a_run_given_up_leaves_no_process_behind(root):
     assert time.perf_counter() - began < 30.0
 
 
+def test_a_run_may_end_with_the_first_failure(root, capsys):
+    add(root, "toys/a_agrees")
+    add(root, "toys/b_off", "return [('one', 1.5, 1.0)]")
+    add(root, "toys/c_agrees")
+    assert main(["--stop-after", "1"], root) == 1
+    out = capsys.readouterr().out
+    assert "toys/b_off" in out
+    assert "toys/c_agrees" not in out
+    assert main(["--stop-after", "0"], root) == 2
+
+
 def test_no_workers_are_refused(root, capsys):
     add(root, "toys/agrees")
     assert main(["--workers", "0"], root) == 2
