@@ -16,6 +16,7 @@ from beltsim.cli.operation import examined, friction_given, merged
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import operating_lines, warning_lines
 from beltsim.cli.text import complain, say, table
+from beltsim.cli.written import earlier, written_lines
 from beltsim.errors import InvalidProblemError, ResultFileError
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import Settings, reversals_of_series, solve
@@ -37,6 +38,7 @@ def run(options: argparse.Namespace) -> int:
         "arguments": arguments,
         "settings": asdict(settings),
     }
+    before = earlier(stem.parent)
     try:
         stem.parent.mkdir(parents=True, exist_ok=True)
         save(response, target, inputs)
@@ -45,8 +47,7 @@ def run(options: argparse.Namespace) -> int:
     say(source.drive.name or stem.name, *operating_lines(survey, problem), "")
     say(*_lines(response))
     say(*warning_lines(tuple(dict.fromkeys((*survey.warnings, *response.warnings)))))
-    if not trouble:
-        say("", "Written", f"  {target}")
+    say(*written_lines([] if trouble else [target], before))
     complain(trouble)
     return 1 if trouble else 0
 
