@@ -127,7 +127,7 @@ def _draw_pulley(axes: Any, where: Layout, j: int, role: str, room: Room, point:
     face, edge = _FACE[role], _EDGE[role]
     axes.add_patch(Circle(centre, radius, facecolor=face, edgecolor=edge, linewidth=1.2, zorder=2))
     axes.plot(*centre, "+", color=edge, markersize=6, zorder=6)
-    name = short_name(where.names[j])
+    name = short_name(where.names[j], 14)
     lines = [name] if role == "fixed" else [name, f"({role})"]
     half = 0.5 * point * np.array([_LETTER * max(map(len, lines)), _LINE * len(lines)])
     spot = centre - np.array([0.0, half[1] + 7.0 * point])
