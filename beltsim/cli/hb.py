@@ -10,12 +10,15 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from beltsim.cli.arguments import OUT
 from beltsim.cli.mistakes import Mistakes
+from beltsim.cli.motion import loss_words, range_lines, reversal_words
 from beltsim.cli.operation import examined, friction_given, merged
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import operating_lines, warning_lines
-from beltsim.cli.text import complain, say, table
+from beltsim.cli.text import complain, listed, say, table
 from beltsim.cli.written import earlier, written_lines
 from beltsim.errors import InvalidProblemError, ResultFileError
 from beltsim.friction import Coulomb, SaturatedCoulomb
@@ -24,6 +27,9 @@ from beltsim.io import require_writable, save
 from beltsim.metrics import Survey
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
+
+#: Harmonics listed at most; the result file has them all.
+MOST_HARMONICS = 12
 
 
 def run(options: argparse.Namespace) -> int:
@@ -45,40 +51,70 @@ def run(options: argparse.Namespace) -> int:
     except (OSError, ResultFileError) as error:
         trouble = str(error)
     say(source.drive.name or stem.name, *operating_lines(survey, problem), "")
-    say(*_lines(response))
+    say(*_lines(response, survey.rpm))
     say(*warning_lines(tuple(dict.fromkeys((*survey.warnings, *response.warnings)))))
     say(*written_lines([] if trouble else [target], before))
     complain(trouble)
     return 1 if trouble else 0
 
 
-def _lines(response: Response) -> list[str]:
+def _lines(response: Response, rpm: float) -> list[str]:
     """Harmonics of the arm, and what the series says about its motion."""
-    problem, seen = response.problem, response.statistics
-    joint, series = problem.joint, response.coefficients
+    seen, series = response.statistics, response.coefficients
+    joint = response.problem.joint
     assert joint is not None
     assert series is not None
     velocity = [1j * k * row[joint] for k, row in enumerate(series)]
-    torques = response.torque_coefficients
-    rows = [
-        [str(k), f"{abs(series[k, joint]):.4e}", f"{abs(torques[k]):.4e}"]
-        for k in range(1, len(series))
-        if torques is not None and (abs(series[k, joint]) > 0.0 or abs(torques[k]) > 0.0)
+    nu = f"(sign changes of the truncated series: {reversals_of_series(velocity):.3g})"
+    pairs = [
+        ("sticking", f"{100.0 * response.stick_fraction:.2f} % of the time"),
+        ("friction loss", loss_words(response)),
+        ("velocity reversals", f"{reversal_words(response)} {nu}"),
     ]
-    lines = [
+    if seen.get("error_estimate") is not None:
+        pairs.append(
+            ("error of the angle", f"about {_degrees(response, seen['error_estimate'])} rms")
+        )
+    return [
         f"Harmonic balance, R = {seen['R']}: the arm is locked from Q_m = {seen['Q_cr']:.4g} "
         f"(with these harmonics from {seen['Q_cr_R']:.4g})",
         "",
-        *table(("harmonic", "arm angle", "friction"), rows[:12]),
+        *_harmonic_lines(response, rpm),
+        *range_lines(response),
         "",
-        f"stick fraction       {response.stick_fraction:.1%}",
-        f"dissipated energy    {response.dissipated_energy:.4g} per period (P0 r_t)",
-        f"nu                   {response.velocity_reversals:.3g} "
-        f"(sign changes of the truncated series: {reversals_of_series(velocity):.3g})",
+        *listed(pairs),
     ]
-    if seen.get("error_estimate") is not None:
-        lines.append(f"error of the angle   about {seen['error_estimate']:.2g} (rms)")
+
+
+def _harmonic_lines(response: Response, rpm: float) -> list[str]:
+    """Amplitudes of the arm's harmonics, each with its order per turn of the crank."""
+    problem, series, torques = response.problem, response.coefficients, response.torque_coefficients
+    joint, scales = problem.joint, problem.scales
+    assert joint is not None
+    assert scales is not None
+    assert series is not None
+    assert torques is not None
+    order = problem.forcing.Omega / scales.time_s / (2.0 * np.pi * rpm / 60.0)
+    rows = [
+        [
+            str(k),
+            f"{k * order:.4g}",
+            _degrees(response, abs(series[k, joint])),
+            f"{abs(torques[k]) * scales.torque_N_m:.4g} N m",
+        ]
+        for k in range(1, len(series))
+        if abs(series[k, joint]) > 0.0 or abs(torques[k]) > 0.0
+    ]
+    lines = table(("harmonic", "order", "arm angle", "friction"), rows[:MOST_HARMONICS])
+    if len(rows) > MOST_HARMONICS:
+        lines.append(f"  ... and {len(rows) - MOST_HARMONICS} more, in the result file")
     return lines
+
+
+def _degrees(response: Response, angle: float) -> str:
+    assert response.problem.scales is not None
+    scale = response.problem.scales.coordinates[response.problem.joint or 0]
+    return f"{np.degrees(angle * float(scale)):.4g} deg"
 
 
 def _prepared(

@@ -67,7 +67,7 @@ def event_lines(response: Response, rpm: float) -> list[str]:
     return lines
 
 
-def _reversal_words(response: Response) -> str:
+def reversal_words(response: Response) -> str:
     """nu, and what it counts where several orders make several turns plain to and fro."""
     forcing, nu = response.problem.forcing, f"nu = {short(response.velocity_reversals)}"
     orders = np.flatnonzero(np.any(forcing.coefficients[1:] != 0.0, axis=1)) + 1
@@ -84,9 +84,9 @@ def figure_lines(response: Response, found: Survey, periods: float) -> list[str]
     if response.problem.joint is not None:
         pairs = [
             ("stops", f"{short(response.stops_per_period)} per period"),
-            ("velocity reversals", _reversal_words(response)),
+            ("velocity reversals", reversal_words(response)),
             ("sticking", f"{100.0 * response.stick_fraction:.2f} % of the time"),
-            ("friction loss", _loss_words(response)),
+            ("friction loss", loss_words(response)),
         ]
     pairs.append(("energy balance", f"closed to {response.energy_balance_residual:.1e}"))
     pairs.append(("period residual", _residual_words(response, found, periods)))
@@ -125,7 +125,8 @@ def _window_words(response: Response) -> str:
     return "period" if abs(share - 1.0) < 1e-9 else f"{short(share)} periods"
 
 
-def _loss_words(response: Response) -> str:
+def loss_words(response: Response) -> str:
+    """Friction loss of the window as energy and as mean power."""
     scales, joint = _scales(response), response.problem.joint
     assert joint is not None
     joule = response.dissipated_energy * scales.torque_N_m * float(scales.coordinates[joint])

@@ -28,12 +28,29 @@ SHORTEST_STICK = 1.5
 SLIP = {1: "slip+", -1: "slip-"}
 
 
+SIGNS = {"slip+": 1.0, "slip-": -1.0, "stick": 0.0}
+
+
 class Found(NamedTuple):
     """Events of one forcing period: angles Omega t, kinds, and the mode the period starts in."""
 
     angles: FloatArray
     kinds: list[str]
     initial_mode: str
+
+    @property
+    def modes(self) -> list[str]:
+        """Mode of each phase: one more than there are events."""
+        modes = [self.initial_mode]
+        for kind in self.kinds:
+            other = "slip-" if modes[-1] == "slip+" else "slip+"
+            modes.append(other if kind == "reverse" else kind)
+        return modes
+
+    def directions(self, angle: FloatArray) -> FloatArray:
+        """Direction of slip at the angles Omega t: 1, -1, or 0 in stick."""
+        signs = np.array([SIGNS[mode] for mode in self.modes])
+        return np.asarray(signs[np.searchsorted(self.angles, angle, side="right")])
 
 
 class Averaged(NamedTuple):

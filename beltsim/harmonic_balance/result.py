@@ -126,8 +126,10 @@ def _phases(
     if not len(solved.bounds):
         return phases.of_signs(velocity), np.zeros(len(t))
     average = phases.averaged(condensed, solved)
-    Q_m = cast("Coulomb", law).Q_m
-    return phases.of_torque(average, Q_m), average.at(t * condensed.Omega)
+    Q_m, angle = cast("Coulomb", law).Q_m, t * condensed.Omega
+    found = phases.of_torque(average, Q_m)
+    slip = found.directions(angle)
+    return found, np.where(slip == 0.0, average.at(angle), Q_m * slip)
 
 
 def _event_log(
@@ -146,12 +148,7 @@ def _event_log(
     if coulomb:
         q_dot[:, joint] = 0.0
     Q_m = law.Q_m if law is not None else 0.0
-    signs = {"slip+": 1.0, "slip-": -1.0, "stick": 0.0}
-    modes, mode = [found.initial_mode], found.initial_mode
-    for kind in found.kinds:
-        mode = ("slip-" if mode == "slip+" else "slip+") if kind == "reverse" else kind
-        modes.append(mode)
-    level = np.array([signs[name] for name in modes]) * Q_m
+    level = np.array([phases.SIGNS[name] for name in found.modes]) * Q_m
     before, after = level[:-1].copy(), level[1:].copy()
     for i, kind in enumerate(found.kinds):
         if coulomb and kind == "stick":  # continuous: no averaging, the law's own limit

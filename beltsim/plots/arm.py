@@ -56,6 +56,13 @@ class _Curves(NamedTuple):
     torque_unit: str
 
 
+def _series(response: Response) -> str:
+    """For the title: a truncated series ripples where the joint rests."""
+    if response.statistics.get("solver") != "harmonic_balance":
+        return ""
+    return f" (harmonic balance, R = {response.statistics['R']})"
+
+
 def arm_motion(
     response: Response,
     crank_rpm: float | None = None,
@@ -113,7 +120,8 @@ def arm_motion(
     add_crank_angle(upper, axis, crank_rpm)
     speed = f" at {crank_rpm:.0f} rpm" if crank_rpm is not None else ""
     figure.suptitle(
-        plain(title or f"{'Tensioner arm' if arm else f'Joint {label}'}{speed}"), fontsize=12
+        plain(title or f"{'Tensioner arm' if arm else f'Joint {label}'}{speed}{_series(response)}"),
+        fontsize=12,
     )
     _add_legend(figure, upper)
     return figure

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import beltsim
@@ -20,7 +21,13 @@ def test_it_prints_and_writes(tmp_path, capsys):
     assert "with these harmonics from" in said
     found = beltsim.load(tmp_path / "zhu_parker_2008-hb.nc")
     assert found.coefficients.shape[0] == 10
-    assert f"{abs(found.coefficients[1, found.problem.joint]):.4e}" in said
+    first = abs(found.coefficients[1, found.problem.joint])
+    assert f"{np.degrees(first):.4g} deg" in said
+    lines = [line.split() for line in said.splitlines()]
+    assert ["3", "9"] in [line[:2] for line in lines]  # the third harmonic of order three
+    assert "arm angle from rest" in said
+    level = np.abs(found.friction_torque[np.abs(found.q_dot[:, found.problem.joint]) > 0.1])
+    assert np.allclose(level, 3.5)  # a slipping arm bears the kinetic torque, nothing between
 
 
 def test_a_band_takes_the_papers_method(tmp_path, capsys):
