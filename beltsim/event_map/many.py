@@ -17,7 +17,7 @@ from typing import TypeVar
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.event_map.orbit import orbit_response
-from beltsim.event_map.settings import Settings
+from beltsim.event_map.settings import Settings, settled
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
 
@@ -59,9 +59,10 @@ def solve_many(
     >>> [round(orbit.stick_fraction, 3) for orbit in found]
     [0.0, 0.235, 1.0]
     """
+    given = settled(settings)
 
     def solve(chunk: list[FrictionProblem]) -> list[Response | BeltsimError]:
-        return _chunk(chunk, settings or Settings())
+        return _chunk(chunk, given)
 
     return in_chunks(solve, problems, workers)
 

@@ -31,7 +31,7 @@ from beltsim.event_map.locked import (
 )
 from beltsim.event_map.propagate import checked_run, require_joint
 from beltsim.event_map.series import AnyPiece, pieces
-from beltsim.event_map.settings import Settings
+from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.shooting import Shooting, half_wave, shoot
 from beltsim.event_map.walk import MODES, Walk, walk
 from beltsim.friction import Coulomb
@@ -78,7 +78,7 @@ def periodic(
     >>> orbit.events.kind.tolist(), orbit.periodic
     (['stick', 'slip-', 'stick', 'slip+'], True)
     """
-    return orbit_response(problem, settings or Settings(), guess, moving=guess is not None)
+    return orbit_response(problem, settled(settings), guess, moving=guess is not None)
 
 
 def orbit_response(

@@ -14,7 +14,7 @@ from beltsim.errors import InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.event_map import build
 from beltsim.event_map.integrals import integrals
 from beltsim.event_map.series import pieces
-from beltsim.event_map.settings import Settings
+from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.walk import MODES, walk
 from beltsim.friction import Coulomb
 from beltsim.problem import FrictionProblem
@@ -65,7 +65,7 @@ def propagate(
     >>> float(run.events.t[-1] / np.pi), float(run.final_state[0])
     (5.0, -0.05)
     """
-    settings = settings or Settings()
+    settings = settled(settings)
     require_joint(problem)
     state = checked_run(problem, periods, initial_state)
     run = walk(problem, state, periods, settings.max_events)

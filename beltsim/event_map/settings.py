@@ -71,3 +71,12 @@ class Settings:
         """A copy with some settings changed."""
         values = {field.name: getattr(self, field.name) for field in fields(self)}
         return Settings(**{**values, **changes})
+
+
+def settled(settings: Any) -> Settings:
+    """The settings given, or the default ones for None; anything else is refused."""
+    if settings is None:
+        return Settings()
+    if not isinstance(settings, Settings):
+        raise InvalidProblemError(Mistake("settings", settings, "an event_map.Settings or None"))
+    return settings

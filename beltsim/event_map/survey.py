@@ -23,7 +23,7 @@ from beltsim.event_map.linear_part import ComplexArray
 from beltsim.event_map.locked import at_rest, rest_place, resting_multipliers, steady_rms
 from beltsim.event_map.many import in_chunks
 from beltsim.event_map.orbit import found_orbit
-from beltsim.event_map.settings import Settings
+from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.shooting import Shooting
 from beltsim.event_map.walk import KIND, STATE
 from beltsim.friction import SaturatedCoulomb
@@ -105,7 +105,7 @@ def survey(
     >>> found.stick_fraction.round(3).tolist(), found.locked.tolist()
     ([0.0, 0.235, 1.0], [False, False, True])
     """
-    settings = settings or Settings()
+    settings = settled(settings)
     problems = list(problems)
     sizes = {problem.n for problem in problems}
     if len(sizes) > 1:

@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
-from beltsim.harmonic_balance.settings import Settings
+from beltsim.harmonic_balance.settings import Settings, require_common
 from beltsim.harmonic_balance.solve import solve
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
@@ -49,7 +49,7 @@ def solve_many(
     Raises
     ------
     InvalidProblemError
-        When `workers` is not a positive integer.
+        When `workers`, R or the settings, which all share, cannot be used.
 
     Examples
     --------
@@ -60,6 +60,7 @@ def solve_many(
     >>> [one.statistics["locked"] for one in found]
     [False, True]
     """
+    require_common(R, settings)
 
     def one(problem: FrictionProblem) -> Response | BeltsimError:
         try:

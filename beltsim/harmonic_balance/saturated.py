@@ -116,7 +116,7 @@ def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> So
     if not good:
         advice = "start='set_valued'" if settings.sigma_ladder else "sigma_ladder=True"
         message = (
-            f"harmonic balance stopped at residual {min(history):.2g} after {len(history)} "
+            f"harmonic balance stopped at residual {history[-1]:.2g} after {len(history)} "
             f"iterations at Omega = {condensed.Omega:.6g}, Q_m = {law.Q_m:.6g}, sigma = "
             f"{law.sigma:.3g}, R = {condensed.R}; try {advice}, or the law Coulomb(Q_m)"
         )

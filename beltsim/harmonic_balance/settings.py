@@ -117,3 +117,14 @@ def is_integer(value: Any, least: float = -math.inf) -> bool:
     """Whether `value` is an integer, not a bool, and at least `least`."""
     whole = isinstance(value, int | np.integer) and not isinstance(value, bool)
     return whole and value >= least
+
+
+def require_common(R: Any, settings: Any) -> None:
+    """Refuse what all problems of a grid share and none could use."""
+    mistakes = []
+    if not is_integer(R, 1):
+        mistakes.append(Mistake("R", R, "an integer >= 1"))
+    if settings is not None and not isinstance(settings, Settings):
+        mistakes.append(Mistake("settings", settings, "a harmonic_balance.Settings or None"))
+    if mistakes:
+        raise InvalidProblemError(mistakes)

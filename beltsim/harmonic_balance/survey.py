@@ -20,7 +20,7 @@ from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.harmonic_balance import set_valued
 from beltsim.harmonic_balance.many import side_by_side
 from beltsim.harmonic_balance.result import coordinates_of
-from beltsim.harmonic_balance.settings import Settings
+from beltsim.harmonic_balance.settings import Settings, require_common
 from beltsim.harmonic_balance.solve import solved_series
 from beltsim.problem import FrictionProblem
 
@@ -110,6 +110,7 @@ def survey(
     >>> found.dissipated_energy.round(2).tolist(), found.locked.tolist()
     ([0.81, 1.32, 0.0], [False, False, True])
     """
+    require_common(R, settings)
     settings = settings or Settings()
     problems = list(problems)
     sizes = {problem.n for problem in problems}

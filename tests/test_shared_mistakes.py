@@ -1,0 +1,25 @@
+"""What all problems of a grid share is refused once, not once for each of them."""
+
+import pytest
+
+from beltsim import Coulomb, FrictionProblem, HarmonicForcing, event_map, harmonic_balance
+from beltsim.errors import InvalidProblemError
+
+PUSH = HarmonicForcing(0.5, cos=[[0.0], [1.0]], sin=[[0.0], [0.0]])
+GRID = [
+    FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[1.0]], 0, PUSH, Coulomb(Q)) for Q in (0.2, 0.6)
+]
+
+
+@pytest.mark.parametrize("function", [event_map.solve_many, event_map.survey])
+def test_event_map(function):
+    with pytest.raises(InvalidProblemError, match=r"settings = .*event_map.Settings"):
+        function(GRID, "quick")
+
+
+@pytest.mark.parametrize("function", [harmonic_balance.solve_many, harmonic_balance.survey])
+def test_harmonic_balance(function):
+    with pytest.raises(InvalidProblemError, match=r"settings = 9.*harmonic_balance.Settings"):
+        function(GRID, 9)
+    with pytest.raises(InvalidProblemError, match=r"R = 0"):
+        function(GRID, R=0)
