@@ -20,6 +20,11 @@ from beltsim.checks import FloatArray
 from beltsim.cross_check.motion import Motion
 from beltsim.friction import SaturatedCoulomb
 
+#: Size at which a row counts at least, as a share of the largest. An impulse over the square root
+#: of its row's mass is a velocity in units that all rows share. No integrator controls one velocity
+#: more closely than its tolerance times the largest: rtol 1e-9 over the 1e-5 allowed to a residual.
+SMALL_ROW = 1e-4
+
 
 class Residuals(NamedTuple):
     r"""By how much a motion misses what a steady motion must meet; all relative.
@@ -34,7 +39,8 @@ class Residuals(NamedTuple):
     sliding : float
         Missing dissipation, 1 - int h v / int Q_m |v|: zero when h = Q_m sgn v wherever it moves.
     equation : float
-        Largest impulse left over, over the largest of its terms, row by row.
+        Largest impulse left over in a row, over the largest of the row's terms; a row that is small
+        beside the others is measured as if it had `SMALL_ROW` of the largest.
     period : float
         Largest change of the state over the period, over its largest entry; velocities over Omega.
     energy : float
@@ -93,7 +99,7 @@ def _law(motion: Motion) -> tuple[float, float, float]:
 
 
 def _equation(motion: Motion) -> float:
-    """Largest impulse left over in any row, relative to the largest term of that row."""
+    """Largest impulse left over in any row, relative to the size of that row, see `SMALL_ROW`."""
     problem, joint = motion.problem, motion.problem.joint
     start = motion.pieces[0]
     t0, q0, v0 = start.t[0], start.q[0], start.q_dot[0]
@@ -116,9 +122,10 @@ def _equation(motion: Motion) -> float:
         largest = np.maximum(largest, [np.abs(term).max(axis=0) for term in terms])
         left = np.maximum(left, np.abs(sum(terms)).max(axis=0))
         spring, rub = sprung[-1], float(rubbed[-1])
-    size = largest.max(axis=0)
-    moved = size > 1e-14 * size.max(initial=0.0)
-    return float((left[moved] / size[moved]).max(initial=0.0))
+    weight = 1.0 / np.sqrt(np.diag(problem.M))
+    size = weight * largest.max(axis=0)
+    top = float(size.max())
+    return float((weight * left / np.maximum(size, SMALL_ROW * top)).max()) if top > 0.0 else 0.0
 
 
 def _impulse(motion: Motion, t: FloatArray, t0: float) -> FloatArray:

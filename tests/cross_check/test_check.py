@@ -9,7 +9,7 @@ import pytest
 
 from beltsim import Coulomb, FrictionProblem, HarmonicForcing, SaturatedCoulomb, event_map
 from beltsim.cross_check import Candidate, check, compare, motion_of, residuals
-from beltsim.cross_check.check import _latest, _merged
+from beltsim.cross_check.check import EXACT_RESIDUAL, _latest, _merged
 from beltsim.errors import InvalidProblemError
 
 PUSH = HarmonicForcing(0.5, [[0.0, 0.0], [1.0, 0.0]], [[0.0, 0.0], [0.0, 0.3]])
@@ -87,6 +87,33 @@ def test_the_reference_is_not_always_right():
     assert "second differs from first" in text
     assert "first is wrong" in text
     assert "second is wrong" not in text
+
+
+def barely_moving(stiffness=25.0):
+    """`TWO` with a third coordinate that moves a millionth as much."""
+    M, C, G, K = (np.zeros((3, 3)) for _ in range(4))
+    for whole, part in ((M, TWO.M), (C, TWO.C), (G, TWO.G), (K, TWO.K)):
+        whole[:2, :2] = part
+    M[2, 2], C[2, 2], K[2, 2], K[0, 2], K[2, 0] = 1.0, 0.05, stiffness, 1e-5, 1e-5
+    forcing = HarmonicForcing(0.5, np.pad(PUSH.cos, ((0, 0), (0, 1))), np.zeros((2, 3)))
+    return FrictionProblem(M, C, G, K, 0, forcing, Coulomb(0.4))
+
+
+def test_a_row_that_barely_moves_is_as_exact_as_an_integrator_can_make_it():
+    problem = barely_moving()
+    response = orbit(problem)
+    noisy = response.q_dot.copy()
+    noisy[:, 2] += 1e-10 * np.abs(noisy).max() * np.sin(7.0 * response.t)
+    noise = replace(response, q_dot=noisy)
+    found = residuals(as_candidate(noise, problem=problem).motion)
+    assert np.abs(noisy[:, 2]).max() < 3e-6 * np.abs(noisy).max()  # 1e-4 of what it does itself
+    assert 1e-7 < found.equation < EXACT_RESIDUAL
+
+
+def test_a_row_that_barely_moves_is_found_wrong_all_the_same():
+    response = orbit(barely_moving(stiffness=25.5))
+    found = residuals(as_candidate(response, problem=barely_moving()).motion)
+    assert found.equation > 3.0 * EXACT_RESIDUAL
 
 
 def test_torque_fed_in_and_a_broken_period_are_found():
