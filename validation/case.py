@@ -27,7 +27,7 @@ _REQUIRED = ("title", "claim", "source", "kind", "quantity", "metric", "toleranc
 _KNOWN = {
     *_REQUIRED,
     *("tolerance_reason", "runtime", "expected_verdict", "explanation"),
-    *("time_limit_s", "explained", "override"),
+    *("time_limit_s", "explained", "override", "needs"),
 }
 
 
@@ -91,6 +91,8 @@ class Case:
         Settings for single rows.
     time_limit_s : float
         Seconds after which it is stopped and counted as failed.
+    needs : str
+        Module of the optional extra `peers`, without which the case is skipped; empty: none.
     """
 
     name: str
@@ -109,6 +111,7 @@ class Case:
     explained: tuple[Explained, ...]
     overrides: tuple[Override, ...]
     time_limit_s: float
+    needs: str = ""
 
 
 def find(root: Path) -> dict[str, Path]:
@@ -163,6 +166,7 @@ def load(folder: Path) -> Case:
             for entry in data.get("override", ())
         ),
         time_limit_s=float(data.get("time_limit_s", TIME_LIMITS_S[runtime])),
+        needs=data.get("needs", ""),
     )
 
 
@@ -186,6 +190,8 @@ def _mistakes(data: Mapping[str, Any], folder: Path) -> list[str]:
     limit = data.get("time_limit_s", 1.0)
     if not _is_number(limit, least=1e-3):
         found.append(f"time_limit_s = {limit!r}: must be a number of seconds > 0")
+    if not _is_text(data.get("needs", "none")):
+        found.append(f"needs = {data['needs']!r}: must be the name of a module")
     found += _explanation_mistakes(data)
     for i, entry in enumerate(_entries(data, "override", found)):
         found += _override_mistakes(entry, f"override[{i}]")

@@ -27,7 +27,7 @@ from validation.case import Case, Explained
 from validation.row import Row
 
 #: From best to worst; a case is as good as its worst row.
-VERDICTS = ("agrees", "disagrees-explained", "disagrees", "failed")
+VERDICTS = ("agrees", "disagrees-explained", "skipped", "disagrees", "failed")
 
 
 @dataclass(frozen=True)
@@ -46,11 +46,12 @@ class Compared:
     curves: dict[str, list[float]] = field(default_factory=dict)
     x_label: str = ""
     y_label: str = ""
+    note: str = ""
 
 
 @dataclass(frozen=True)
 class Result:
-    """A case that was run: its rows and verdict, or why it failed."""
+    """A case that was run: its rows and verdict, or why it failed or was skipped (`failure`)."""
 
     case: Case
     verdict: str
@@ -66,13 +67,19 @@ class Result:
 
     @property
     def passed(self) -> bool:
-        """Whether the case agrees or disagrees exactly as explained."""
-        return self.verdict in ("agrees", "disagrees-explained") and not self.flags
+        """Whether the case agrees or disagrees exactly as explained, or needs what is not here."""
+        return self.verdict in ("agrees", "disagrees-explained", "skipped") and not self.flags
 
 
 def failed(case: Case, reason: str, seconds: float = 0.0, details: str = "") -> Result:
     """The result of a case that could not be compared."""
     return Result(case, "failed", (), seconds, reason, details)
+
+
+def skipped(case: Case) -> Result:
+    """The result of a case whose peer is not installed."""
+    reason = f"{case.needs} is not installed: pip install beltsim[peers]"
+    return Result(case, "skipped", (), 0.0, reason)
 
 
 def compare(case: Case, rows: Sequence[Any], seconds: float = 0.0) -> Result:
@@ -137,6 +144,7 @@ def _compare_row(case: Case, row: Row) -> Compared:
         curves,
         row.x_label,
         row.y_label,
+        row.note,
     )
 
 

@@ -25,6 +25,8 @@ class Row:
     x_label, y_label : str, optional
         What the axes of that picture show, with units. Default: the number of the entry, and
         "value".
+    note : str, optional
+        Anything a reader may want beside the numbers, such as times taken. It is not compared.
     """
 
     quantity: str
@@ -33,6 +35,7 @@ class Row:
     x: Any = None
     x_label: str = ""
     y_label: str = ""
+    note: str = ""
 
 
 def gathered(rows: Iterable[Row]) -> list[Row]:

@@ -84,6 +84,10 @@ def _run(cases: Sequence[Case], options: argparse.Namespace, root: Path) -> int:
         from validation import page  # loads jinja2 and matplotlib
 
         _replace(options.html, page.html(results, seconds, _version()))
+    missing = [result.case.name for result in results if result.verdict == "skipped"]
+    if options.readme and missing:
+        print(f"README.md stays as it was: skipped {', '.join(missing)}", file=sys.stderr)
+        return 1
     if options.readme:
         readme = root / "README.md"
         text = readme.read_text(encoding="utf-8")

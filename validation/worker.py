@@ -10,6 +10,7 @@ Depends on: case, compare; starts `validation.serve`.
 from __future__ import annotations
 
 import contextlib
+import importlib.util
 import json
 import os
 import queue
@@ -23,7 +24,7 @@ from concurrent.futures import ThreadPoolExecutor, wait
 from pathlib import Path
 
 from validation.case import Case
-from validation.compare import Result, compare, failed
+from validation.compare import Result, compare, failed, skipped
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -84,7 +85,9 @@ class Worker:
         self.stop()
 
     def run(self, case: Case) -> Result:
-        """Compute and compare `case`."""
+        """Compute and compare `case`; skip it without the peer that it needs."""
+        if case.needs and importlib.util.find_spec(case.needs) is None:
+            return skipped(case)
         start = time.perf_counter()
         process = self._started()
         try:

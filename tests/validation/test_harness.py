@@ -149,6 +149,30 @@ def test_a_case_that_hangs_is_stopped_and_the_rest_goes_on(root, capsys):
     assert "toys/b_agrees  [exact]  AGREES" in out
 
 
+def test_a_case_without_its_peer_is_skipped_and_the_table_left_alone(root, capsys):
+    before = (root / "README.md").read_text()
+    add(root, "toys/one", "raise AssertionError", COMPLETE + 'needs = "no_such_peer"\n')
+    add(root, "toys/two", toml=COMPLETE + 'needs = "json"\n')
+    assert main([], root) == 0
+    out = capsys.readouterr().out
+    assert "skipped: no_such_peer is not installed: pip install beltsim[peers]" in out
+    assert "2 cases in" in out
+    assert "1 agrees, 1 skipped" in out
+    assert main(["--readme"], root) == 1
+    assert "stays as it was: skipped toys/one" in capsys.readouterr().err
+    assert (root / "README.md").read_text() == before
+
+
+def test_a_note_is_shown_and_not_compared(root, tmp_path, capsys):
+    body = "from validation.row import Row\nreturn [Row('one', 1.0, 1.0, note='in 3 <ms>')]"
+    add(root, "toys/one", body)
+    files = tmp_path / "results.json", tmp_path / "page.html"
+    assert main(["--json", str(files[0]), "--html", str(files[1])], root) == 0
+    assert "note, one: in 3 <ms>" in capsys.readouterr().out
+    assert json.loads(files[0].read_text())["cases"][0]["rows"][0]["note"] == "in 3 <ms>"
+    assert "in 3 &lt;ms&gt;" in files[1].read_text()
+
+
 def test_what_a_case_prints_does_not_mix_with_its_rows(root):
     add(root, "toys/talks", "print('hello')\nreturn [('one', 1.0, 1.0)]")
     assert main([], root) == 0

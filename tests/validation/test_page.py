@@ -114,7 +114,7 @@ def test_large_arrays_become_pixels_inside_the_page():
 
 def test_labels_stand_in_the_data():
     data = as_data(RESULTS, 1.5, "0.0")
-    assert data["schema"] == SCHEMA == 2
+    assert data["schema"] == SCHEMA == 3
     row = data["cases"][1]["rows"][0]
     assert (row["x_label"], row["y_label"]) == ("time, s", "angle, rad")
 

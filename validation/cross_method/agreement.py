@@ -33,7 +33,7 @@ def rows(problem: Any, periods: int, others: dict[str, Any], rtol: float) -> lis
     for name, other in others.items():
         where = f"{name}, rtol {rtol:.0e}"
         kinds = [str(kind) for kind in run.events.kind]
-        found.append(Row(f"events that differ, {where}", _different(kinds, other.kind), 0))
+        found.append(Row(f"events that differ, {where}", different(kinds, other.kind), 0))
         if len(kinds) == len(other.kind):
             found += _times(run.events.t, other, problem.forcing.Omega, where)
         q, q_dot = np.split(run.final_state, 2)
@@ -80,7 +80,7 @@ def _times(t: np.ndarray, other: Any, Omega: float, where: str) -> list[Row]:
     ]
 
 
-def _different(ours: Sequence[str], theirs: Sequence[str]) -> int:
+def different(ours: Sequence[str], theirs: Sequence[str]) -> int:
     """Events of one sequence that are not in their place in the other."""
     same = sum(a == b for a, b in zip(ours, theirs, strict=False))
     return max(len(ours), len(theirs)) - same
