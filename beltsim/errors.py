@@ -49,7 +49,7 @@ def short_name(name: str, most: int = 20) -> str:
     Examples
     --------
     >>> short_name("ALT"), short_name("Water pump of the second engine, rear side")
-    ('ALT', 'Water pump...ar side')
+    ('ALT', 'Water pump...r side')
     """
     if len(name) <= most:
         return name

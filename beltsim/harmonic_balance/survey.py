@@ -108,7 +108,7 @@ def survey(
     >>> one = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[1.0]], 0, push, Coulomb(0.2))
     >>> found = survey([one.with_friction(Coulomb(Q)) for Q in (0.2, 0.6, 1.2)], R=25)
     >>> found.dissipated_energy.round(2).tolist(), found.locked.tolist()
-    ([0.81, 1.32, 0.0], [False, False, True])
+    ([1.04, 2.71, 0.0], [False, False, True])
     """
     require_common(R, settings)
     settings = settings or Settings()
