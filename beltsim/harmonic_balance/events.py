@@ -9,7 +9,7 @@ changes, and nothing when it does not. Instants are thus known to about w/2.
 
 **Saturated law.** Events are the located roots of v = sigma and v = -sigma.
 
-Depends on: reversals, condensation, set_valued.
+Depends on: reversals, condensation, phases, set_valued.
 """
 
 from __future__ import annotations
@@ -20,37 +20,13 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
+from beltsim.harmonic_balance.phases import Found, sorted_log
 from beltsim.harmonic_balance.reversals import sign_change_angles
 from beltsim.harmonic_balance.set_valued import Solved
 
 #: A stretch between slips is a stick when it is longer than this many windows.
 SHORTEST_STICK = 1.5
 SLIP = {1: "slip+", -1: "slip-"}
-
-
-SIGNS = {"slip+": 1.0, "slip-": -1.0, "stick": 0.0}
-
-
-class Found(NamedTuple):
-    """Events of one forcing period: angles Omega t, kinds, and the mode the period starts in."""
-
-    angles: FloatArray
-    kinds: list[str]
-    initial_mode: str
-
-    @property
-    def modes(self) -> list[str]:
-        """Mode of each phase: one more than there are events."""
-        modes = [self.initial_mode]
-        for kind in self.kinds:
-            other = "slip-" if modes[-1] == "slip+" else "slip+"
-            modes.append(other if kind == "reverse" else kind)
-        return modes
-
-    def directions(self, angle: FloatArray) -> FloatArray:
-        """Direction of slip at the angles Omega t: 1, -1, or 0 in stick."""
-        signs = np.array([SIGNS[mode] for mode in self.modes])
-        return np.asarray(signs[np.searchsorted(self.angles, angle, side="right")])
 
 
 class Averaged(NamedTuple):
@@ -100,7 +76,7 @@ def of_torque(average: Averaged, Q_m: float) -> Found:
             log.append((end + 0.5 * length, "reverse", SLIP[following]))
     if not log:
         return Found(np.zeros(0), [], SLIP[runs[0][0]])
-    return _sorted(log)
+    return sorted_log(*zip(*log, strict=True))
 
 
 def of_band(velocity: ComplexArray, sigma: float) -> Found:
@@ -119,7 +95,7 @@ def of_band(velocity: ComplexArray, sigma: float) -> Found:
         start = float(velocity.real.sum())
         mode = "stick" if abs(start) < sigma else SLIP[1 if start > 0.0 else -1]
         return Found(np.zeros(0), [], mode)
-    return _sorted(log)
+    return sorted_log(*zip(*log, strict=True))
 
 
 def of_signs(velocity: ComplexArray) -> Found:
@@ -149,9 +125,3 @@ def _slip_runs(average: Averaged, Q_m: float) -> list[tuple[int, float, float]]:
         sign, start, _ = runs.pop()
         runs[0] = (sign, start - 2.0 * np.pi, runs[0][2])
     return runs
-
-
-def _sorted(log: list[tuple[float, str, str]]) -> Found:
-    turned = sorted((float(np.mod(angle, 2.0 * np.pi)), kind, mode) for angle, kind, mode in log)
-    angles = np.array([entry[0] for entry in turned])
-    return Found(angles, [entry[1] for entry in turned], turned[-1][2])

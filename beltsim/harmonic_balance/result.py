@@ -1,6 +1,6 @@
 """From solved harmonics to a `Response`.
 
-Depends on: problem, friction, response, condensation, events, set_valued, settings.
+Depends on: problem, friction, response, condensation, events, phases, set_valued, settings.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from beltsim.errors import InvalidProblemError, Mistake
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import events as phases
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
+from beltsim.harmonic_balance.phases import SIGNS, Found, Located
 from beltsim.harmonic_balance.set_valued import Solved, reaction_range
 from beltsim.harmonic_balance.settings import Settings
 from beltsim.problem import FrictionProblem, Observable
@@ -47,7 +48,7 @@ def build(
     wave = _waves_of_period(settings.samples_per_period, len(rows))
     q, q_dot = (wave @ rows).real, (wave @ rates).real
     found, samples = _phases(problem, condensed, solved, rates[:, joint], torque, wave, t)
-    events = _event_log(problem, found, rows, rates)
+    events = _event_log(problem, found, rows, rates, solved.located)
     q[-1], q_dot[-1] = q[0], q_dot[0]
     start = np.concatenate([q[0], q_dot[0]])
     work, viscous, loss = _energies(problem, rates, torque)
@@ -115,14 +116,16 @@ def _phases(
     torque: ComplexArray,
     wave: ComplexArray,
     t: FloatArray,
-) -> tuple[phases.Found, FloatArray]:
+) -> tuple[Found, FloatArray]:
     """Events, and the torque at the samples."""
     law = problem.friction
     if isinstance(law, SaturatedCoulomb):
         level = (wave @ velocity).real / law.sigma
         return phases.of_band(velocity, law.sigma), law.Q_m * np.clip(level, -1.0, 1.0)
     if solved.locked:
-        return phases.Found(np.zeros(0), [], "stick"), (wave @ torque).real
+        return Found(np.zeros(0), [], "stick"), (wave @ torque).real
+    if solved.located is not None:
+        return solved.located.found, solved.located.torque_at(t * condensed.Omega)
     if not len(solved.bounds):
         return phases.of_signs(velocity), np.zeros(len(t))
     average = phases.averaged(condensed, solved)
@@ -134,9 +137,10 @@ def _phases(
 
 def _event_log(
     problem: FrictionProblem,
-    found: phases.Found,
+    found: Found,
     rows: ComplexArray,
     rates: ComplexArray,
+    located: Located | None,
 ) -> EventLog:
     """States from the series; the velocity of a Coulomb joint is zero at its events."""
     if not len(found.angles):
@@ -148,7 +152,7 @@ def _event_log(
     if coulomb:
         q_dot[:, joint] = 0.0
     Q_m = law.Q_m if law is not None else 0.0
-    level = np.array([phases.SIGNS[name] for name in found.modes]) * Q_m
+    level = np.array([SIGNS[name] for name in found.modes]) * Q_m
     before, after = level[:-1].copy(), level[1:].copy()
     for i, kind in enumerate(found.kinds):
         if coulomb and kind == "stick":  # continuous: no averaging, the law's own limit
@@ -157,6 +161,8 @@ def _event_log(
             before[i] = after[i]
         elif not coulomb:
             before[i] = after[i] = before[i] + after[i]
+    if located is not None:
+        before, after = located.before, located.after
     count = len(found.angles)
     return EventLog(
         t=found.angles / problem.forcing.Omega,

@@ -20,7 +20,7 @@ on an independent fine grid.
 The truncated problem locks before the exact one, from `least_bound` on: :math:`Q_{cr}(R)`, the
 smallest bound of a torque whose harmonics 1..R are those of the locked reaction.
 
-Depends on: _kernels, _switching, cells, condensation, settings.
+Depends on: _kernels, _switching, cells, condensation, phases, settings.
 """
 
 from __future__ import annotations
@@ -37,6 +37,7 @@ from beltsim.errors import ConvergenceError
 from beltsim.harmonic_balance import _kernels, _switching
 from beltsim.harmonic_balance.cells import Cells, refined, uniform
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
+from beltsim.harmonic_balance.phases import Located
 from beltsim.harmonic_balance.settings import Settings
 
 #: Cells per harmonic before any is cut.
@@ -82,6 +83,8 @@ class Solved:
     residuals : tuple of float
     exact : bool
         `bounds` are the located roots of the velocity.
+    located : Located, optional
+        The events, where the pattern was given.
     """
 
     torque: ComplexArray
@@ -94,6 +97,7 @@ class Solved:
     iterations: int
     residuals: tuple[float, ...] = field(default=())
     exact: bool = False
+    located: Located | None = None
 
 
 def critical_bound(condensed: Condensed) -> float:

@@ -1,6 +1,6 @@
 """Settings of a harmonic-balance solution.
 
-Depends on: errors, checks.
+Depends on: errors, checks, pattern.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from beltsim.checks import real_number
 from beltsim.errors import InvalidProblemError, Mistake
+from beltsim.harmonic_balance.pattern import Pattern
 
 HARMONICS = ("auto", "odd", "all")
 PROJECTIONS = ("exact", "sampled")
@@ -55,6 +56,10 @@ class Settings:
     samples_per_period : int
         Samples of the response per forcing period; both ends are included.
 
+    pattern : Pattern, optional
+        Coulomb: events of the response that is meant, which Q_s > Q_m needs; all harmonics are
+        then kept.
+
     Raises
     ------
     InvalidProblemError
@@ -77,6 +82,7 @@ class Settings:
     start: str = "linear"
     estimate: bool = True
     samples_per_period: int = 200
+    pattern: Pattern | None = None
 
     def __post_init__(self) -> None:
         mistakes = []
@@ -100,8 +106,17 @@ class Settings:
         for name in ("sigma_ladder", "estimate"):
             if not isinstance(getattr(self, name), bool | np.bool_):
                 mistakes.append(Mistake(f"settings.{name}", getattr(self, name), "True or False"))
+        if self.pattern is not None:
+            mistakes += self._pattern_mistakes()
         if mistakes:
             raise InvalidProblemError(mistakes)
+
+    def _pattern_mistakes(self) -> list[Mistake]:
+        if not isinstance(self.pattern, Pattern):
+            return [Mistake("settings.pattern", self.pattern, "a harmonic_balance.Pattern")]
+        if self.harmonics == "odd":
+            return [Mistake("settings.harmonics", "odd", '"auto" or "all" beside a pattern')]
+        return []
 
     def samples_for(self, R: int) -> int:
         """Samples per repetition for R harmonics; refuses fewer than the series needs."""

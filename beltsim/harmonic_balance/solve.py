@@ -1,19 +1,21 @@
 """`solve`: one problem, one periodic response by harmonic balance.
 
-Depends on: errors, problem, friction, response, condensation, set_valued, saturated, result,
-settings.
+Depends on: errors, problem, friction, response, condensation, set_valued, _instants, pattern,
+saturated, result, settings.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
 
 from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.friction import Coulomb, SaturatedCoulomb
-from beltsim.harmonic_balance import saturated, set_valued
+from beltsim.harmonic_balance import _instants, saturated, set_valued
 from beltsim.harmonic_balance.condensation import Condensed, condense
+from beltsim.harmonic_balance.pattern import Pattern
 from beltsim.harmonic_balance.result import balance_residual, build
 from beltsim.harmonic_balance.set_valued import Solved
 from beltsim.harmonic_balance.settings import Settings, is_integer
@@ -30,7 +32,9 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     r"""Periodic response with harmonics up to `R` of the forcing.
 
     Exact Coulomb friction (`Coulomb` with Q_s = Q_m) is solved as it stands, without a band: from
-    a cold start, for any torque. The saturated law is solved by the paper's method.
+    a cold start, for any torque. With Q_s > Q_m the response need not be unique: the pattern of its
+    events, `Settings(pattern=...)`, says which one is meant, and the switching instants are solved
+    for. The saturated law is solved by the paper's method.
 
     Parameters
     ----------
@@ -45,7 +49,8 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     -------
     Response
         One forcing period. `coefficients` and `torque_coefficients` hold the series; the events are
-        those of the torque averaged over T/(R + 1), see `beltsim.harmonic_balance.events`.
+        the located ones of a pattern, else those of the torque averaged over T/(R + 1), see
+        `beltsim.harmonic_balance.events`.
         `statistics` holds the residual history, the gap and the balance found by independent
         checks, ``Q_cr``, ``Q_cr_R`` and the ``error_estimate``: expected rms error of the joint's
         coordinate (its mean left out).
@@ -56,9 +61,10 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
         For an R or settings that cannot be used, a resonance without damping, a mean load on a
         singular K, or a problem without joint.
     UnsupportedLawError
-        For Q_s > Q_m.
+        For Q_s > Q_m without a pattern.
     ConvergenceError
-        With the residual history, the best iterate in `partial`, and what to try.
+        With the residual history, the best iterate in `partial`, and what to try; for a pattern
+        that does not settle, or leads to a motion that breaks the law.
 
     Examples
     --------
@@ -72,17 +78,19 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     settings = settings or Settings()
     law = problem.friction
     condensed, solved = solved_series(problem, R, settings)
-    statistics = _statistics(condensed, solved, settings, _method(law))
+    statistics = _statistics(condensed, solved, settings, _method(law, settings))
     if settings.estimate:
         statistics["error_estimate"] = _estimate(problem, condensed, solved, settings)
-    warnings = _lock_warnings(condensed, law) + _gap_warnings(solved, settings, law)
+    warnings = _gap_warnings(solved, settings, law)
+    if settings.pattern is None:
+        warnings = _lock_warnings(condensed, law) + warnings
     return build(problem, condensed, solved, settings, statistics, warnings)
 
 
 def solved_series(problem: FrictionProblem, R: int, settings: Settings) -> tuple[Condensed, Solved]:
     """The condensed problem and the joint's harmonics; raises what `solve` raises."""
     _check(problem, R, settings)
-    condensed = condense(problem, int(R), settings.harmonics)
+    condensed = condense(problem, int(R), _harmonics(settings))
     try:
         solved = _solved(condensed, problem.friction, settings)
     except ConvergenceError as error:
@@ -99,8 +107,15 @@ def solved_series(problem: FrictionProblem, R: int, settings: Settings) -> tuple
     return condensed, solved
 
 
-def _method(law: Any) -> str:
-    return "saturated" if isinstance(law, SaturatedCoulomb) else "set_valued"
+def _method(law: Any, settings: Settings) -> str:
+    if isinstance(law, SaturatedCoulomb):
+        return "saturated"
+    return "set_valued" if settings.pattern is None else "pattern"
+
+
+def _harmonics(settings: Settings) -> str:
+    """A pattern says nothing of symmetry: all harmonics are kept."""
+    return settings.harmonics if settings.pattern is None else "all"
 
 
 def _check(problem: FrictionProblem, R: Any, settings: Settings) -> None:
@@ -115,20 +130,39 @@ def _check(problem: FrictionProblem, R: Any, settings: Settings) -> None:
     if problem.joint is None:
         allowed = "an index: without a joint use beltsim.linear.response"
         mistakes.append(Mistake("joint", None, allowed))
+    if settings.pattern is not None:
+        mistakes += _pattern_mistakes(problem, settings)
     if mistakes:
         raise InvalidProblemError(mistakes)
     settings.samples_for(int(R))
-    if isinstance(law, Coulomb) and cast("float", law.Q_s) > law.Q_m:
+    if settings.pattern is None and isinstance(law, Coulomb) and cast("float", law.Q_s) > law.Q_m:
         message = (
-            f"harmonic balance needs Q_s = Q_m, here Q_s = {law.Q_s:g} > Q_m = {law.Q_m:g}: the "
-            "periodic response is then not unique; follow the motion in time instead"
+            f"with Q_s = {law.Q_s:g} > Q_m = {law.Q_m:g} the periodic response is not unique: say "
+            "which one is meant by the pattern of its events, from an orbit found in time: "
+            "Settings(pattern=Pattern(orbit.events.kind, orbit.events.t, orbit.initial_mode))"
         )
         raise UnsupportedLawError(message)
+
+
+def _pattern_mistakes(problem: FrictionProblem, settings: Settings) -> list[Mistake]:
+    law = problem.friction
+    refused = {
+        "None for this law": not isinstance(law, Coulomb),
+        "None without friction": isinstance(law, Coulomb) and not law.Q_s,
+        "None without forcing": not np.any(problem.forcing.coefficients[1:]),
+    }
+    return [
+        Mistake("settings.pattern", settings.pattern, allowed)
+        for allowed, wrong in refused.items()
+        if wrong
+    ]
 
 
 def _solved(condensed: Condensed, law: Any, settings: Settings) -> Solved:
     if isinstance(law, SaturatedCoulomb):
         return saturated.solve(condensed, law, settings)
+    if settings.pattern is not None:
+        return _instants.solve(condensed, law, settings.pattern)
     return set_valued.solve(condensed, law.Q_m, settings)
 
 
@@ -141,7 +175,10 @@ def _with_response(
     """The same error, carrying the best iterate as a `Response`."""
     if not isinstance(error.partial, Solved):
         return error
-    statistics: dict[str, Any] = {"solver": "harmonic_balance", "method": _method(problem.friction)}
+    statistics: dict[str, Any] = {
+        "solver": "harmonic_balance",
+        "method": _method(problem.friction, settings),
+    }
     statistics["converged"] = False
     partial = build(problem, condensed, error.partial, settings, statistics)
     return ConvergenceError(str(error), partial, error.residual_history)
@@ -154,7 +191,7 @@ def _statistics(
     return {
         "solver": "harmonic_balance",
         "method": method,
-        "projection": settings.projection if method == "set_valued" else "sampled",
+        "projection": {"saturated": "sampled", "pattern": "exact"}.get(method, settings.projection),
         "R": condensed.R,
         "half_wave": condensed.half_wave,
         "divisor": condensed.divisor,
@@ -185,7 +222,7 @@ def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
 
 def _gap_warnings(solved: Solved, settings: Settings, law: Any) -> tuple[str, ...]:
     """A gap above the one asked for is accepted up to `ACCEPTED_GAP`, but never in silence."""
-    exact = _method(law) == "set_valued" and settings.projection == "exact"
+    exact = _method(law, settings) == "set_valued" and settings.projection == "exact"
     if not exact or solved.gap <= settings.tolerance:
         return ()
     return (
@@ -204,7 +241,11 @@ def _estimate(
     """
     law = problem.friction
     other = 2 * condensed.R + 5  # no common grid of cells with R
-    compared = condense(problem, other, settings.harmonics)
+    if solved.located is not None:
+        events = solved.located.found
+        nearer = Pattern(tuple(events.kinds), events.angles / condensed.Omega, events.initial_mode)
+        settings = replace(settings, pattern=nearer)
+    compared = condense(problem, other, _harmonics(settings))
     try:
         second = _solved(compared, law, settings)
     except ConvergenceError:
