@@ -18,7 +18,7 @@ from beltsim.response import EVENT_KINDS, Response
 #: Figures of an orbit that are stored under their own name, and what they are.
 FIGURES = {
     "stick_fraction": "share of the period spent sticking",
-    "dissipated_energy": "friction loss per period, units of torque",
+    "dissipated_energy": "friction loss of the whole orbit, units of torque",
     "velocity_reversals": "nu",
     "stops_per_period": "stops per forcing period",
     "period_residual": "how far the orbit is from closed",
@@ -47,9 +47,12 @@ def dataset(
     }
     reasons = [str(one) if not isinstance(one, Response) else "" for _, one in found]
     names = " ".join(EVENT_KINDS)
+    multiple = [1 if one is None else int(one.statistics.get("multiple", 1)) for one in orbits]
+    about_multiple = {"long_name": "period of the orbit in forcing periods"}
     variables = {
         **figures,
-        "event_time": (("Q_m", "event"), times, {"long_name": "time over period"}),
+        "period_multiple": ("Q_m", np.array(multiple, dtype=np.int32), about_multiple),
+        "event_time": (("Q_m", "event"), times, {"long_name": "time over forcing period"}),
         "event_kind": (("Q_m", "event"), kinds, {"flag_meanings": names, "missing": -1}),
         "multiplier": (("Q_m", "mode"), multipliers, {"long_name": "modulus, largest first"}),
         "failure": ("Q_m", np.array(reasons, dtype=np.str_)),

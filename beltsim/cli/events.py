@@ -97,29 +97,35 @@ def _locking_lines(job: _Job, ratio: float) -> list[str]:
     if ratio == 1.0:
         return [f"The arm is locked from Q_m = {job.Q_cr:.4g}"]
     return [
-        f"Q_s = {ratio:.4g} Q_m throughout, as in the drive's own law",
+        f"Q_s = {ratio:.4g} Q_m throughout, the ratio given",
         f"The arm can stay locked from Q_m = {job.Q_cr / ratio:.4g} (rows below show that orbit), "
         f"and ends locked from Q_m = {job.Q_cr:.4g}",
     ]
 
 
-_TITLES = ("Q_m", "N m", "phases", "nu", "stops", "stick", "loss", "multiplier")
+_TITLES = ("Q_m", "N m", "phases", "period", "nu", "stops", "stick", "loss", "multiplier")
 
 
 def _row(problem: FrictionProblem, Q: float, orbit: Response | BeltsimError) -> list[str]:
     torque = f"{Q * problem.scales.torque_N_m:.4g}" if problem.scales else "-"
     if not isinstance(orbit, Response):
-        return [f"{Q:.4g}", torque, "failed", "-", "-", "-", "-", "-"]
+        return [f"{Q:.4g}", torque, "failed", "-", "-", "-", "-", "-", "-"]
     return [
         f"{Q:.4g}",
         torque,
         phase_pattern(orbit),
+        f"{_multiple(orbit)}",
         f"{orbit.velocity_reversals:.3g}",
         f"{orbit.stops_per_period:.3g}",
         f"{orbit.stick_fraction:.1%}",
-        f"{orbit.dissipated_energy:.4g}",
+        f"{orbit.dissipated_energy / _multiple(orbit):.4g}",
         f"{largest_multiplier(orbit):.4f}",
     ]
+
+
+def _multiple(orbit: Response) -> int:
+    """Period of an orbit in forcing periods; figures of the table are per forcing period."""
+    return int(orbit.statistics.get("multiple", 1))
 
 
 def largest_multiplier(orbit: Response) -> float:

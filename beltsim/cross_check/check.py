@@ -25,6 +25,8 @@ EXACT_RESIDUAL = 1e-5
 STILL = 1e-6
 #: An error of the joint's motion may be so many times larger in another coordinate.
 GAIN = 5.0
+#: A highest value read from the samples of a motion: less than the top by up to this.
+SAMPLED = 1e-6
 
 
 @dataclass(frozen=True)
@@ -224,7 +226,8 @@ def _range(
     """Highest less lowest value: what a locked joint's arbitrary position does not shift."""
     pair = _swing(theirs, seen.name), _swing(ours, seen.name)
     error = abs(pair[0] - pair[1]) / pair[1] if pair[1] > 0.0 else abs(pair[0])
-    gap = Difference(other.name, f"range of {seen.name}", *pair, error, GAIN * accuracy)
+    limit = max(GAIN * accuracy, SAMPLED)
+    gap = Difference(other.name, f"range of {seen.name}", *pair, error, limit)
     return replace(gap, scale=seen.scale, unit=seen.unit)
 
 

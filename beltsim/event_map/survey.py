@@ -39,7 +39,7 @@ class Survey:
     rms : (k, n)
         Root mean square of each coordinate over the orbit, mean included.
     dissipated_energy, stick_fraction, velocity_reversals, stops_per_period : (k,)
-        As in `Response`.
+        As in `Response`; the energy per forcing period, also of an orbit that takes several.
     multipliers : (k, 2n) complex
         Floquet multipliers.
     initial_state : (k, 2n)
@@ -201,4 +201,4 @@ def _figures(
     changes = sum(a != b for a, b in zip(slips, slips[-1:] + slips[:-1], strict=True))
     each = 1.0 / found.multiple
     reversals = max(0.0, (each * changes - 2.0) / 4.0)
-    return often * float(loss), stuck / run.end, reversals, each * often * stops
+    return each * often * float(loss), stuck / run.end, reversals, each * often * stops

@@ -131,6 +131,8 @@ def _phases(
     average = phases.averaged(condensed, solved)
     Q_m, angle = cast("Coulomb", law).Q_m, t * condensed.Omega
     found = phases.of_torque(average, Q_m)
+    if not found.kinds and found.initial_mode == "stick":  # it moves, so the window is too wide
+        found = phases.of_signs(velocity)
     slip = found.directions(angle)
     return found, np.where(slip == 0.0, average.at(angle), Q_m * slip)
 

@@ -241,6 +241,8 @@ def _estimate(
     """
     law = problem.friction
     other = 2 * condensed.R + 5  # no common grid of cells with R
+    if settings.samples is not None:
+        settings = replace(settings, samples=max(settings.samples, 2 * other + 1))
     if solved.located is not None:
         events = solved.located.found
         nearer = Pattern(tuple(events.kinds), events.angles / condensed.Omega, events.initial_mode)

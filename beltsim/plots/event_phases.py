@@ -59,7 +59,7 @@ def event_phases(
     if Q_m_cr is not None:
         axes.axvline(Q_m_cr * factor, color=INK, linestyle="--", linewidth=1.0, label="locked from")
     axes.set_xlabel(f"kinetic friction torque ({unit})")
-    axes.set_ylabel("time over forcing period")
+    axes.set_ylabel("time over period of the motion")
     axes.set_ylim(0.0, 1.0)
     for colour, name in _COLOURS.values():
         axes.fill_between([], [], color=colour, label=name)

@@ -29,7 +29,7 @@ FIGURES = {
     "dissipated_energy": "friction loss per forcing period",
     "stick_fraction": "share of the period spent sticking",
     "stops_per_period": "stops per forcing period",
-    "velocity_reversals": "nu, from located events",
+    "velocity_reversals": "nu, from events (of a smoothed series: crossings of its band)",
 }
 #: Samples per wave of the highest harmonic when the top of a series is looked for: with a parabola
 #: through the best three the height is within 1e-5 of it.
@@ -49,6 +49,7 @@ def measured(response: Response, method: Method, signals: tuple[int, ...], harmo
     rms = method.rms(response)
     found = {name: getattr(response, name) for name in FIGURES}
     return found | {
+        "dissipated_energy": response.dissipated_energy / multiple,
         "rms": rms,
         "span_rms": span_rms(problem, rms),
         "peak_dynamic_tension": _peaks(response),

@@ -36,7 +36,7 @@ def test_table_tells_slip_from_stick(study):
     assert len(rows) == 9
     assert "0" not in rows[0][2]
     assert rows[-1][2] == "0"
-    assert rows[-1][5] == "100.0%"
+    assert rows[-1][6] == "100.0%"
 
 
 def test_dataset_and_picture(study, example):

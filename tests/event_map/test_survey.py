@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from support.problems import random_problem
 
+import beltsim
 from beltsim import Coulomb, SaturatedCoulomb, event_map
 from beltsim.errors import InvalidProblemError, NotPeriodicError
 
@@ -113,3 +114,14 @@ def test_empty_grid():
     table = event_map.survey([])
     assert len(table) == 0
     assert table.rms.shape == (0, 0)
+
+
+def test_energy_of_a_longer_orbit_is_per_forcing_period():
+    drive = beltsim.presets.zhu_parker_2008()
+    law = beltsim.Coulomb(1.4, 8.4)
+    problem = beltsim.assemble(drive, 6.3, friction=law, n_functions=6)
+    settings = event_map.Settings(max_multiple=3)
+    orbit = event_map.periodic(problem, settings)
+    assert orbit.statistics["multiple"] == 2
+    table = event_map.survey([problem], settings)
+    assert table.dissipated_energy[0] == pytest.approx(0.5 * orbit.dissipated_energy, rel=1e-12)

@@ -276,3 +276,12 @@ def test_events_are_those_of_the_exact_motion() -> None:
     assert sorted(found.events.kind.tolist()) == sorted(kinds)
     times = np.sort(np.mod(run.t[last], problem.period))
     assert np.abs(found.events.t - times).max() < problem.period / 81
+
+
+def test_one_harmonic_of_a_moving_joint_is_no_stick():
+    push = HarmonicForcing(0.5, cos=[[0.0], [1.0]], sin=[[0.0], [0.0]])
+    mass = FrictionProblem([[1.0]], [[0.1]], [[0.0]], [[1.0]], 0, push, Coulomb(0.6))
+    found = solve(mass, 1)
+    assert found.dissipated_energy > 0.1
+    assert found.stick_fraction == 0.0
+    assert found.events.kind.tolist() == ["reverse", "reverse"]
