@@ -421,3 +421,31 @@ def _companion_mistakes(problem: FrictionProblem, n: int) -> list[Mistake]:
             allowed = "cos and sin of one shape (H + 1,)"
             mistakes.append(Mistake(f"observables[{i}]", found, allowed))
     return mistakes
+
+
+def listed_problems(problems: Any) -> list[FrictionProblem]:
+    """The problems of a grid as a list; anything else is refused, with its place.
+
+    Raises
+    ------
+    InvalidProblemError
+        When `problems` is no sequence, or holds something that is no FrictionProblem.
+
+    Examples
+    --------
+    >>> listed_problems([])
+    []
+    """
+    try:
+        found = list(problems)
+    except TypeError:
+        mistake = Mistake("problems", type(problems).__name__, "a sequence of FrictionProblem")
+        raise InvalidProblemError(mistake) from None
+    mistakes = [
+        Mistake(f"problems[{i}]", one, "a FrictionProblem")
+        for i, one in enumerate(found)
+        if not isinstance(one, FrictionProblem)
+    ]
+    if mistakes:
+        raise InvalidProblemError(mistakes)
+    return found

@@ -17,6 +17,17 @@ def test_event_map(function):
         function(GRID, "quick")
 
 
+@pytest.mark.parametrize("solver", [event_map, harmonic_balance])
+def test_what_is_no_grid(solver):
+    for function in (solver.solve_many, solver.survey):
+        with pytest.raises(InvalidProblemError, match="a sequence of FrictionProblem"):
+            function(GRID[0])
+        with pytest.raises(InvalidProblemError, match=r"problems\[1\] = 3"):
+            function([GRID[0], 3])
+    with pytest.raises(InvalidProblemError, match="problem = 3: must be a FrictionProblem"):
+        event_map.periodic(3)
+
+
 @pytest.mark.parametrize("function", [harmonic_balance.solve_many, harmonic_balance.survey])
 def test_harmonic_balance(function):
     with pytest.raises(InvalidProblemError, match=r"settings = 9.*harmonic_balance.Settings"):

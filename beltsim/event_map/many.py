@@ -18,7 +18,7 @@ from typing import TypeVar
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.event_map.orbit import orbit_response
 from beltsim.event_map.settings import Settings, settled
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, listed_problems
 from beltsim.response import Response
 
 T = TypeVar("T")
@@ -76,7 +76,9 @@ def in_chunks(
     count = _cores() if workers is None else workers
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
-    chunks = [list(chunk) for _, chunk in groupby(problems, key=lambda p: id(p.shared))]
+    chunks = [
+        list(chunk) for _, chunk in groupby(listed_problems(problems), key=lambda p: id(p.shared))
+    ]
     if count == 1 or len(chunks) == 1:
         found = [solve(chunk) for chunk in chunks]
     else:

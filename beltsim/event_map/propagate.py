@@ -74,6 +74,8 @@ def propagate(
 
 def require_joint(problem: FrictionProblem) -> None:
     """Refuse a problem without friction: there is nothing to locate."""
+    if not isinstance(problem, FrictionProblem):
+        raise InvalidProblemError(Mistake("problem", problem, "a FrictionProblem"))
     if problem.friction is None:
         text = "the event map needs a friction joint; give the linear problem one with Coulomb(0)"
         raise UnsupportedLawError(text)

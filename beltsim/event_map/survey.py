@@ -27,7 +27,7 @@ from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.shooting import Shooting
 from beltsim.event_map.walk import KIND, STATE
 from beltsim.friction import SaturatedCoulomb
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, listed_problems
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def survey(
     ([0.0, 0.235, 1.0], [False, False, True])
     """
     settings = settled(settings)
-    problems = list(problems)
+    problems = listed_problems(problems)
     sizes = {problem.n for problem in problems}
     if len(sizes) > 1:
         raise InvalidProblemError(Mistake("problems", f"n of {sorted(sizes)}", "all of one n"))

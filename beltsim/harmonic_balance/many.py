@@ -16,7 +16,7 @@ from typing import TypeVar
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.harmonic_balance.settings import Settings, require_common
 from beltsim.harmonic_balance.solve import solve
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, listed_problems
 from beltsim.response import Response
 
 Result = TypeVar("Result")
@@ -68,7 +68,7 @@ def solve_many(
         except BeltsimError as error:
             return error
 
-    return side_by_side(one, list(problems), workers)
+    return side_by_side(one, listed_problems(problems), workers)
 
 
 def side_by_side(

@@ -22,7 +22,7 @@ from beltsim.harmonic_balance.many import side_by_side
 from beltsim.harmonic_balance.result import coordinates_of
 from beltsim.harmonic_balance.settings import Settings, require_common
 from beltsim.harmonic_balance.solve import solved_series
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, listed_problems
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +112,7 @@ def survey(
     """
     require_common(R, settings)
     settings = settings or Settings()
-    problems = list(problems)
+    problems = listed_problems(problems)
     sizes = {problem.n for problem in problems}
     if len(sizes) > 1:
         raise InvalidProblemError(Mistake("problems", f"n of {sorted(sizes)}", "all of one n"))
