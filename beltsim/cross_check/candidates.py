@@ -111,6 +111,7 @@ def _event_map(
     orbit = event_map.periodic(problem, settings)
     periods = int(orbit.statistics["multiple"])
     note = "exact orbit" if periods == 1 else f"exact orbit of {periods} forcing periods"
+    note += "".join(f"; {text}" for text in orbit.warnings if "unstable" in text)
     motion = motion_of(orbit, periods)
     return Candidate(name, motion, note, 1e-9, reason="the map is exact to rounding")
 
@@ -156,18 +157,18 @@ def _change(run: Response | None, periods: int) -> float:
 def _set_valued(
     name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
 ) -> Candidate:
-    del found
     law = problem.friction
     if not isinstance(law, Coulomb):
         raise UnsupportedLawError("the set-valued method is for Coulomb friction")
+    sticks = any("stick" in one.motion.kinds for one in found if one.motion)
     response, error = _raised(problem.with_friction(Coulomb(law.Q_m)), tolerance)
     seen = response.statistics
     note = f"R = {seen['R']}, error estimate {error:.1e}"
     if _static(problem):
-        if not seen["locked"] and "stick" in response.events.kind:
+        if sticks or (not seen["locked"] and "stick" in response.events.kind):
             raise UnsupportedLawError(
-                f"needs Q_s = Q_m, here Q_s = {law.Q_s:.4g} > Q_m = {law.Q_m:.4g}: with Q_s = Q_m "
-                "the motion sticks, so it is not that of this law"
+                f"needs Q_s = Q_m, here Q_s = {law.Q_s:.4g} > Q_m = {law.Q_m:.4g}, and the motion "
+                "sticks, so it is not the same for both"
             )
         note += "; with Q_s = Q_m, which is the same motion as long as it does not stick"
     return _of_series(name, problem, response, error, note)
