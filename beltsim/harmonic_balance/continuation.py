@@ -30,6 +30,8 @@ CORRECTIONS, CORRECTED, DIFFERENCE = 8, 1e-9, 1e-6
 GROWTH, SHRINKAGE = 1.4, 0.5
 #: A tangent may turn by this between points: least cosine.
 STRAIGHT = 0.8
+#: Share of the parameter in the tangent at a fold, and most halvings of a step to find it.
+UPRIGHT, MOST_HALVINGS = 1e-6, 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +43,7 @@ class Branch:
     values : (k,) the parameter.
     x : (k, m) the unknowns.
     folds : tuple of int
-        Points next to which the parameter turns back.
+        Points at which the parameter turns back, located on the branch.
     """
 
     values: FloatArray
@@ -150,11 +152,31 @@ def trace(
             break
         if turned[-1] * tangent[-1] < 0.0:
             folds.append(len(points))
+            points.append(_fold(scaled, u, tangent, step))
         u, tangent = following, turned
         points.append(u)
         if len(history) <= 4:
             step = min(longest, GROWTH * step)
     return _branch(points, units, folds)
+
+
+def _fold(
+    scaled: Callable[[FloatArray], FloatArray], u: FloatArray, tangent: FloatArray, step: float
+) -> FloatArray:
+    """The point within `step` of `u` where the branch stands upright over the parameter."""
+    low, high, found = 0.0, step, u
+    for _ in range(MOST_HALVINGS):
+        middle = 0.5 * (low + high)
+        point, _ = _corrected(scaled, u + middle * tangent, tangent)
+        turned = None if point is None else _tangent(scaled, point, tangent)
+        if point is None or turned is None:
+            break
+        found = point
+        if abs(turned[-1]) <= UPRIGHT:
+            break
+        before = turned[-1] * tangent[-1] > 0.0
+        low, high = (middle, high) if before else (low, middle)
+    return found
 
 
 def follow(

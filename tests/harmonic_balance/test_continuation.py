@@ -92,3 +92,20 @@ def test_exact_friction_is_not_followed() -> None:
     problem = random_problem(3, 3, static=False)
     with pytest.raises(UnsupportedLawError, match="SaturatedCoulomb"):
         follow(lambda _: problem, 1.0, within=(0.0, 2.0))
+
+
+@pytest.mark.parametrize("step", [0.3, 0.05])
+def test_folds_are_located_whatever_the_step(step: float) -> None:
+    # p = x - x^3 turns back at x = -+1/sqrt(3)
+    branch = trace(
+        lambda x, p: x**3 - x + p,
+        [-1.5],
+        1.875,
+        within=(-3.0, 3.0),
+        direction=-1,
+        step=step,
+        most=2000,
+    )
+    turn = 2.0 / (3.0 * np.sqrt(3.0))
+    assert branch.values[list(branch.folds)] == pytest.approx([-turn, turn], abs=1e-9)
+    assert branch.x[list(branch.folds), 0] == pytest.approx([-(3**-0.5), 3**-0.5], abs=1e-5)
