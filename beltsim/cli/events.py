@@ -63,7 +63,8 @@ def run(options: argparse.Namespace) -> int:
     say(*_locking_lines(job, ratio), "")
     say(*table(_TITLES, [_row(job.problem, Q, orbit) for Q, orbit in found]))
     orbits = [one for _, one in found if isinstance(one, Response)]
-    say(*warning_lines((*job.survey.warnings, *_warnings(job.problem, orbits))))
+    texts = dict.fromkeys((*job.survey.warnings, *_warnings(job.problem, orbits)))
+    say(*warning_lines(tuple(texts)))
     say(*written_lines(written, before))
     for Q, orbit in found:
         if not isinstance(orbit, Response):
@@ -73,10 +74,28 @@ def run(options: argparse.Namespace) -> int:
     return 1 if trouble or failed else 0
 
 
+#: Warnings that each orbit has in words of its own, and what is said of all together.
+_OF_AN_ORBIT = {
+    "the orbit is unstable": "the orbit is unstable (column multiplier): no motion settles there",
+    "the joint is locked, but": "the arm is shown locked but may move for ever from another start "
+    "(Q_m < Q_cr): try `beltsim run`",
+}
+
+
 def _warnings(problem: FrictionProblem, orbits: list[Response]) -> list[str]:
     """Each warning of the orbits once; limits that are crossed, over all torques together."""
     names = tuple(seen.name for seen in problem.observables)
-    found = [text for one in orbits for text in one.warnings if not text.startswith(names)]
+    own = (*names, *_OF_AN_ORBIT)
+    found = [text for one in orbits for text in one.warnings if not text.startswith(own)]
+    for start, words in _OF_AN_ORBIT.items():
+        at = [
+            one.problem.friction.Q_m
+            for one in orbits
+            if one.problem.friction and any(text.startswith(start) for text in one.warnings)
+        ]
+        if at:
+            places = f"Q_m = {at[0]:.4g}" + (f" to {at[-1]:.4g}" if len(at) > 1 else "")
+            found.append(f"at {len(at)} of {len(orbits)} torques, {places}, {words}")
     for seen in problem.observables:
         scale, unit = seen.shown
         values = [seen.at(one.t, one.q, one.problem.forcing.Omega) for one in orbits]

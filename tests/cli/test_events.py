@@ -130,3 +130,15 @@ def test_its_dataset_is_no_motion(study, verb, capsys):
     assert "a table of beltsim (periodic motions over the friction torque)" in error
     assert "holds no motion" in error
     assert error.count("\n") == 1
+
+
+def test_unstable_and_coexisting_orbits_are_told_with_their_torques(example, tmp_path, capsys):
+    words = ["--functions", "3", "--omega", "6.3", "--no-plot", "--out", str(tmp_path)]
+    static = ["--Q-m", "1", "--Q-s", "6", "--from", "1", "--to", "2.5", "--count", "4"]
+    main(["events", example, *words, *static])
+    said = capsys.readouterr().out
+    assert re.search(r"at \d of 3 torques, Q_m = .*, the orbit is unstable", said)
+    assert re.search(r"at \d of 3 torques, Q_m = .*, the arm is shown locked but may move", said)
+    assert "Q_s = 6 Q_m throughout, the ratio given" in said
+    warned = said.split("Warnings")[1].splitlines()
+    assert len(warned) == len({*warned} - {""}) + warned.count("")
