@@ -14,7 +14,7 @@ from concurrent.futures import ThreadPoolExecutor
 from threading import Event
 
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, listed_problems
 from beltsim.response import Response
 from beltsim.transient.run import common_mistakes, integrate
 from beltsim.transient.settings import Settings
@@ -64,10 +64,9 @@ def solve_many(
     mistakes = common_mistakes(periods, Settings() if settings is None else settings)
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         mistakes.append(Mistake("workers", workers, "None or an integer >= 1"))
-    if not isinstance(problems, Iterable):
-        mistakes.append(Mistake("problems", problems, "a sequence of FrictionProblem"))
     if mistakes:
         raise InvalidProblemError(mistakes)
+    listed = listed_problems(problems)
     stopped = Event()
 
     def heed(_: float) -> None:
@@ -82,7 +81,7 @@ def solve_many(
 
     with ThreadPoolExecutor(max_workers=count) as pool:
         try:
-            return list(pool.map(one, problems))
+            return list(pool.map(one, listed))
         except KeyboardInterrupt:  # signals reach the main thread alone
             stopped.set()
             raise
