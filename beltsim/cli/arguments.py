@@ -115,6 +115,12 @@ def _hb(verbs: argparse._SubParsersAction[_Parser]) -> None:
         metavar="X",
         help="use the saturated law with this band instead of exact Coulomb friction",
     )
+    method.add_argument(
+        "--pattern",
+        metavar="RESULT",
+        help="solve for the instants of the events in the last period of this stored run (default, "
+        "where static friction exceeds the kinetic: of the exact orbit)",
+    )
     verb.add_argument("--out", metavar="DIR", help=f"folder for the result (default: {OUT})")
 
 

@@ -1,12 +1,12 @@
 """`beltsim hb`: the periodic response of a drive by harmonic balance.
 
-Depends on: harmonic_balance, io; the other modules of cli.
+Depends on: harmonic_balance, study, io; the other modules of cli.
 """
 
 from __future__ import annotations
 
 import argparse
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,29 +20,32 @@ from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import operating_lines, warning_lines
 from beltsim.cli.text import complain, listed, say, table
 from beltsim.cli.written import earlier, written_lines
-from beltsim.errors import InvalidProblemError, ResultFileError
+from beltsim.errors import InvalidProblemError, Mistake, ResultFileError
 from beltsim.friction import Coulomb, SaturatedCoulomb
-from beltsim.harmonic_balance import Settings, reversals_of_series, solve
-from beltsim.io import require_writable, save
+from beltsim.harmonic_balance import Pattern, Settings, reversals_of_series
+from beltsim.io import load, require_writable, save
 from beltsim.metrics import Survey
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
+from beltsim.study import balance, pattern_of
 
 #: Harmonics listed at most; the result file has them all.
 MOST_HARMONICS = 12
+#: Harmonics less than this share of the largest are rounding.
+ROUNDING = 1e-12
 
 
 def run(options: argparse.Namespace) -> int:
     """Solve, write and print; the exit status."""
     source, arguments, problem, survey, settings = _prepared(options)
-    response = solve(problem, options.harmonics, settings)
+    response = balance(problem, options.harmonics, settings)
     stem = Path(options.out or OUT) / Path(options.file).stem
     target, trouble = stem.with_name(f"{stem.name}-hb.nc"), ""
     inputs = {
         "drive": source.text,
         "suffix": source.suffix,
         "arguments": arguments,
-        "settings": asdict(settings),
+        "settings": asdict(settings) | {"pattern": options.pattern},
     }
     before = earlier(stem.parent)
     try:
@@ -76,13 +79,27 @@ def _lines(response: Response, rpm: float) -> list[str]:
             ("error of the angle", f"about {_degrees(response, seen['error_estimate'])} rms")
         )
     return [
-        f"Harmonic balance, R = {seen['R']}: the arm is locked from Q_m = {seen['Q_cr']:.4g} "
-        f"(with these harmonics from {seen['Q_cr_R']:.4g})",
+        *_method_lines(response),
         "",
         *_harmonic_lines(response, rpm),
         *range_lines(response),
         "",
         *listed(pairs),
+    ]
+
+
+def _method_lines(response: Response) -> list[str]:
+    """How it was found; from which torque on these harmonics hold the arm, where they decide."""
+    seen, head = response.statistics, f"Harmonic balance, R = {response.statistics['R']}"
+    whence = "taken from the exact orbit" if "pattern_from" in seen else "given"
+    if seen["method"] == "pattern":
+        events = ", ".join(response.events.kind.tolist())
+        return [f"{head}, with the pattern of events {whence}: {events}"]
+    if "pattern_from" in seen:
+        return [f"{head}, for an arm at rest, as the exact orbit has it"]
+    return [
+        f"{head}: the arm is locked from Q_m = {seen['Q_cr']:.4g} "
+        f"(with these harmonics from {seen['Q_cr_R']:.4g})"
     ]
 
 
@@ -95,15 +112,16 @@ def _harmonic_lines(response: Response, rpm: float) -> list[str]:
     assert series is not None
     assert torques is not None
     order = problem.forcing.Omega / scales.time_s / (2.0 * np.pi * rpm / 60.0)
+    sizes = np.abs(np.stack([series[1:, joint], torques[1:]]))
+    seen = (sizes > ROUNDING * sizes.max(axis=1, keepdims=True)).any(axis=0)
     rows = [
         [
             str(k),
             f"{k * order:.4g}",
-            _degrees(response, abs(series[k, joint])),
-            f"{abs(torques[k]) * scales.torque_N_m:.4g} N m",
+            _degrees(response, sizes[0, k - 1]),
+            f"{sizes[1, k - 1] * scales.torque_N_m:.4g} N m",
         ]
-        for k in range(1, len(series))
-        if abs(series[k, joint]) > 0.0 or abs(torques[k]) > 0.0
+        for k in (np.flatnonzero(seen) + 1).tolist()
     ]
     lines = table(("harmonic", "order", "arm angle", "friction"), rows[:MOST_HARMONICS])
     if len(rows) > MOST_HARMONICS:
@@ -125,7 +143,7 @@ def _prepared(
     source = read_source(options.file)
     arguments = merged(options, source.arguments)
     law: Coulomb | SaturatedCoulomb | None = None
-    problem, found = None, None
+    problem, found, pattern = None, None, None
     with mistakes.gathered():
         law = friction_given(source, arguments)
     with mistakes.gathered():
@@ -137,10 +155,24 @@ def _prepared(
             )
     with mistakes.gathered():
         require_writable(Path(options.out or OUT))
+    with mistakes.gathered():
+        if problem is not None and options.pattern is not None:
+            pattern = _pattern(options, problem)
     mistakes.raise_any()
     assert problem is not None
     assert found is not None
     if options.sigma is not None:
         Q_m = problem.friction.Q_m if problem.friction is not None else 0.0
         problem = problem.with_friction(SaturatedCoulomb(Q_m, options.sigma))
-    return source, arguments, problem, found, Settings(sigma_ladder=options.sigma is not None)
+    settings = Settings(sigma_ladder=options.sigma is not None, pattern=pattern)
+    return source, arguments, problem, found, settings
+
+
+def _pattern(options: argparse.Namespace, problem: FrictionProblem) -> Pattern:
+    """Events of a stored run, at the same phases of the period of `problem`."""
+    if options.sigma is not None:
+        allowed = "left out with --sigma: the saturated law needs no pattern"
+        raise InvalidProblemError(Mistake("--pattern", options.pattern, allowed))
+    stored = load(options.pattern)
+    found = pattern_of(stored)
+    return replace(found, t=found.t * (problem.period / stored.problem.period))

@@ -144,13 +144,13 @@ def _method(options: argparse.Namespace, drive: Any) -> study.Method:
     arm, ratio = drive.tensioner, 1.0
     if arm is not None and arm.static_friction_torque_N_m and arm.friction_torque_N_m:
         ratio = arm.static_friction_torque_N_m / arm.friction_torque_N_m
-    if ratio > 1.0 and (options.harmonics is not None or options.sigma is not None):
-        text = (
-            "static friction above the kinetic: only the event map takes it; leave out -R, --sigma"
-        )
+    if ratio > 1.0 and options.sigma is not None:
+        text = "static friction above the kinetic: the saturated law has none; leave out --sigma"
         raise InvalidProblemError(f"{options.file}: {text}")
     if options.harmonics is not None:
-        found: study.Method = study.HarmonicBalance(options.harmonics, sigma=options.sigma)
+        found: study.Method = study.HarmonicBalance(
+            options.harmonics, sigma=options.sigma, static_ratio=ratio
+        )
     else:
         longest = 3 if ratio > 1.0 else 1
         found = study.EventMap(options.sigma, static_ratio=ratio, max_multiple=longest)

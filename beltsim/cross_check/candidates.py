@@ -160,17 +160,35 @@ def _set_valued(
     law = problem.friction
     if not isinstance(law, Coulomb):
         raise UnsupportedLawError("the set-valued method is for Coulomb friction")
-    sticks = any("stick" in one.motion.kinds for one in found if one.motion)
-    response, error = _raised(problem.with_friction(Coulomb(law.Q_m)), tolerance)
-    seen = response.statistics
-    note = f"R = {seen['R']}, error estimate {error:.1e}"
     if _static(problem):
-        if sticks or (not seen["locked"] and "stick" in response.events.kind):
-            raise UnsupportedLawError(
-                f"needs Q_s = Q_m, here Q_s = {law.Q_s:.4g} > Q_m = {law.Q_m:.4g}, and the motion "
-                "sticks, so it is not the same for both"
-            )
-        note += "; with Q_s = Q_m, which is the same motion as long as it does not stick"
+        return _by_pattern(name, problem, found, tolerance)
+    response, error = _raised(problem, tolerance)
+    note = f"R = {response.statistics['R']}, error estimate {error:.1e}"
+    return _of_series(name, problem, response, error, note)
+
+
+def _by_pattern(
+    name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
+) -> Candidate:
+    """With Q_s > Q_m the balance is told which motion is meant: the one of the solver before it."""
+    before = next((one for one in found if one.motion is not None), None)
+    if before is None or before.motion is None:
+        raise UnsupportedLawError("needs the pattern of events for Q_s > Q_m, and there is none")
+    motion, law = before.motion, problem.friction
+    if motion.periods > 1:
+        raise UnsupportedLawError(
+            f"knows the forcing period only, and the motion takes {motion.periods} of them"
+        )
+    if not motion.kinds:
+        assert isinstance(law, Coulomb)
+        response, error = _raised(problem.with_friction(Coulomb(law.Q_s or 0.0)), tolerance)
+        note = "a joint at rest: as with Q_s for both levels"
+    else:
+        times = motion.angles * problem.period
+        pattern = harmonic_balance.Pattern(motion.kinds, times, motion.initial_mode)
+        response, error = _raised(problem, tolerance, pattern=pattern)
+        note = f"pattern of events of the {before.name}"
+    note = f"R = {response.statistics['R']}, error estimate {error:.1e}; {note}"
     return _of_series(name, problem, response, error, note)
 
 

@@ -2,7 +2,7 @@
 
 With `sigma` the law is the saturated one of that band, without it exact Coulomb friction.
 
-Depends on: friction, problem, response, errors, the solvers.
+Depends on: friction, problem, response, errors, the solvers; study.balance.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from beltsim.friction import Coulomb, FrictionLaw, SaturatedCoulomb
 from beltsim.metrics.rms import rms as rms_of
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
+from beltsim.study.balance import balance
 
 Found = list[Response | BeltsimError]
 
@@ -76,6 +77,8 @@ class EventMap:
 class HarmonicBalance:
     """Truncated Fourier series: set-valued without `sigma`, the paper's method with it.
 
+    With a `static_ratio` above 1 each series takes its pattern of events from the exact orbit.
+
     Parameters
     ----------
     R : int
@@ -88,6 +91,8 @@ class HarmonicBalance:
         Whether the paper's method comes down to sigma from a wide band.
     samples_per_period : int
         Samples each response carries.
+    static_ratio : float
+        Q_s / Q_m of the exact law.
 
     Examples
     --------
@@ -100,10 +105,11 @@ class HarmonicBalance:
     samples: int | None = None
     sigma_ladder: bool = True
     samples_per_period: int = 200
+    static_ratio: float = 1.0
 
     def law(self, Q_m: float) -> FrictionLaw:
         """The friction law of torque `Q_m`."""
-        return _law(Q_m, self.sigma)
+        return _law(Q_m, self.sigma, self.static_ratio)
 
     def solve(self, problems: Sequence[FrictionProblem]) -> Found:
         """One series, or why there is none, for each problem."""
@@ -113,7 +119,9 @@ class HarmonicBalance:
             estimate=False,
             samples_per_period=self.samples_per_period,
         )
-        return harmonic_balance.solve_many(problems, settings, workers=1, R=self.R)
+        if self.static_ratio == 1.0:
+            return harmonic_balance.solve_many(problems, settings, workers=1, R=self.R)
+        return [_balanced(problem, self.R, settings) for problem in problems]
 
     def rms(self, response: Response) -> FloatArray:
         """Root mean squares (n,) of the coordinates, from the series."""
@@ -159,6 +167,15 @@ class Transient:
     def rms(self, response: Response) -> FloatArray:
         """Root mean squares (n,) of the coordinates, from the samples."""
         return rms_of(response)
+
+
+def _balanced(
+    problem: FrictionProblem, R: int, settings: harmonic_balance.Settings
+) -> Response | BeltsimError:
+    try:
+        return balance(problem, R, settings)
+    except BeltsimError as error:
+        return error
 
 
 Method = EventMap | HarmonicBalance | Transient

@@ -36,6 +36,24 @@ def test_a_band_takes_the_papers_method(tmp_path, capsys):
     assert "truncated series: 1)" in capsys.readouterr().out
 
 
+def test_static_friction_takes_its_events_from_the_exact_orbit_or_a_run(tmp_path, capsys):
+    words = [DRIVE, *POINT, "--Q-s", "4", "--out", str(tmp_path)]
+    assert main(["hb", *words, "-R", "25"]) == 0
+    said = capsys.readouterr().out
+    assert "taken from the exact orbit: stick, slip-, stick, slip+" in said
+    assert main(["run", *words, "--periods", "80.5", "--no-plot"]) == 0
+    capsys.readouterr()
+    run = str(tmp_path / "zhu_parker_2008.nc")
+    assert main(["hb", *words, "-R", "25", "--pattern", run]) == 0
+    again = capsys.readouterr().out
+    assert "events given: stick, slip-, stick, slip+" in again
+    assert [line for line in again.splitlines() if "friction loss" in line] == [
+        line for line in said.splitlines() if "friction loss" in line
+    ]
+    assert main(["hb", *words, "--pattern", run, "--sigma", "1e-3"]) == 2
+    assert "left out with --sigma" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -52,8 +52,8 @@ def test_static_friction_of_the_file_counts(tmp_path, drive_file, capsys):
     assert main(words) == 0
     with xr.open_dataset(tmp_path / "drive-sweep.nc", engine="h5netcdf") as data:
         assert "static_ratio=2.0" in data.attrs["method"]
-    assert main([*words, "-R", "9"]) == 2
-    assert "only the event map" in capsys.readouterr().err
+    assert main([*words, "--sigma", "1e-3"]) == 2
+    assert "leave out --sigma" in capsys.readouterr().err
 
 
 def test_speeds_about_that_of_the_file_by_default(example, tmp_path):
