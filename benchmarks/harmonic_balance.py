@@ -69,7 +69,7 @@ def ladder(problem: FrictionProblem, R: int) -> Any:
     while not solved or level < 4.0:
         following = min(level + step, 4.0) if solved else 0.0
         law = SaturatedCoulomb(problem.friction.Q_m, 10.0**-following)
-        balance = balance_of(condensed, law, max(256, 24 * R))
+        balance = balance_of(condensed, law, Settings(samples=max(256, 24 * R)))
         guess = x
         if solved and level > before[0]:
             guess = x + (x - before[1]) * (following - level) / (level - before[0])

@@ -121,6 +121,13 @@ def _hb(verbs: argparse._SubParsersAction[_Parser]) -> None:
         help="solve for the instants of the events in the last period of this stored run (default, "
         "where static friction exceeds the kinetic: of the exact orbit)",
     )
+    method.add_argument(
+        "--projection",
+        choices=("auto", "exact", "sampled"),
+        default="auto",
+        help="harmonics of the torque: exact integrals, or sums over samples (default: auto: "
+        "sampled with --sigma, as in the paper, else exact)",
+    )
     verb.add_argument("--out", metavar="DIR", help=f"folder for the result (default: {OUT})")
 
 

@@ -164,7 +164,11 @@ def _prepared(
     if options.sigma is not None:
         Q_m = problem.friction.Q_m if problem.friction is not None else 0.0
         problem = problem.with_friction(SaturatedCoulomb(Q_m, options.sigma))
-    settings = Settings(sigma_ladder=options.sigma is not None, pattern=pattern)
+    settings = Settings(
+        projection=options.projection,
+        sigma_ladder=options.sigma is not None,
+        pattern=pattern,
+    )
     return source, arguments, problem, found, settings
 
 

@@ -197,7 +197,7 @@ def follow(
     value, within : see `trace`
     R : int
     settings : Settings, optional
-        `harmonics` and `samples` count.
+        `harmonics`, `projection` and `samples` count.
     options
         As for `trace`.
 
@@ -222,8 +222,7 @@ def follow(
             message = "branches are followed for SaturatedCoulomb: exact friction has no derivative"
             raise UnsupportedLawError(message)
         condensed = condense(problem, R, settings.harmonics)
-        samples = settings.samples_for(int(condensed.turns[-1]))
-        return balance_of(condensed, law, samples)
+        return balance_of(condensed, law, settings)
 
     def left(x: FloatArray, parameter: float) -> FloatArray:
         now = balance(parameter)
@@ -232,7 +231,7 @@ def follow(
     balance(value)  # refuses another law first
     condensed = condense(problem_of(value), R, settings.harmonics)
     law = cast("SaturatedCoulomb", problem_of(value).friction)
-    x = velocity_of(condensed, law, settings.samples_for(int(condensed.turns[-1])))
+    x = velocity_of(condensed, law, settings)
     return trace(left, x, value, within=within, **options)
 
 

@@ -6,24 +6,30 @@ Unknown are the joint's velocity harmonics x (pairs cos, sin). With the inverse 
 .. math:: E = B x + \tfrac 2N T^T h(T x) - F, \qquad
           J = B + \tfrac 2N T^T \mathrm{diag}(Q_m/\sigma\ \text{where}\ |v| < \sigma) T .
 
+``projection="exact"`` puts the integrals over a period in the place of the sums (`_bands`).
+
 Where Newton diverges, Broyden's method goes on from the best iterate with its Jacobian. A ladder
 comes down to sigma in rungs that are halved where one fails. The balance is monotone and its
 solution unique, so an interior-point method finds it for any sigma (``start="set_valued"``): the
 saturated law is the set-valued one with a compliance, :math:`v - \sigma h/Q_m` in place of v.
 
-Depends on: _kernels, cells, condensation, set_valued, settings, friction.
+Depends on: _bands, _kernels, cells, condensation, set_valued, settings, friction.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from beltsim.checks import FloatArray
 from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake
 from beltsim.friction import SaturatedCoulomb
-from beltsim.harmonic_balance import _kernels, set_valued
+from beltsim.harmonic_balance import _bands, _kernels, set_valued
 from beltsim.harmonic_balance.cells import uniform
 from beltsim.harmonic_balance.condensation import Condensed
 from beltsim.harmonic_balance.set_valued import Solved
@@ -38,6 +44,31 @@ RUNG, LAST_RUNG = 0.3, 0.95
 RUNG_STEPS, INTERIOR_STEPS = 40, 100
 
 
+class Projected(NamedTuple):
+    """Torque over Q_m: its harmonics (m,) in pairs, their derivative (m, m), and its mean."""
+
+    pairs: FloatArray
+    slope: FloatArray
+    mean: float
+
+
+#: From pairs of velocity harmonics and a band to the harmonics of clip(v/sigma, -1, 1).
+Projection = Callable[[FloatArray, float], Projected]
+
+
+def _sampled(table: FloatArray, x: FloatArray, sigma: float) -> Projected:
+    """The paper's projection: `table` (N, m) samples cos and sin at equal steps of a period."""
+    level = table @ x / sigma
+    h, rows = np.clip(level, -1.0, 1.0), table[np.abs(level) < 1.0]
+    weight = 2.0 / len(h)
+    return Projected(weight * (table.T @ h), weight / sigma * (rows.T @ rows), float(h.mean()))
+
+
+def _exact(orders: NDArray[np.int64], images: int, x: FloatArray, sigma: float) -> Projected:
+    """The closed form, see `_bands`."""
+    return Projected(*_bands.projected(x, orders, images, sigma))
+
+
 @dataclass(frozen=True, eq=False)
 class Balance:
     """Residual of the balance and its Jacobian, for pairs x of velocity harmonics.
@@ -45,39 +76,35 @@ class Balance:
     Parameters
     ----------
     stiffness : (m, m) inverse mobility, block by block.
-    table : (N, m) samples of cos and sin.
+    projection : callable
+        Harmonics of the torque over Q_m, from samples or in closed form.
     load : (m,) pairs of the locked reaction.
     Q_m, sigma : float
     """
 
     stiffness: FloatArray
-    table: FloatArray
+    projection: Projection
     load: FloatArray
     Q_m: float
     sigma: float
 
-    def torque(self, x: FloatArray) -> FloatArray:
-        """Pairs of torque harmonics."""
-        h = self.Q_m * np.clip(self.table @ x / self.sigma, -1.0, 1.0)
-        return np.asarray(2.0 / len(h) * (self.table.T @ h))
+    def at(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """E (m,), torque units, and dE/dx (m, m)."""
+        found = self.projection(x, self.sigma)
+        residual = self.stiffness @ x + self.Q_m * found.pairs - self.load
+        return residual, self.stiffness + self.Q_m * found.slope
 
     def residual(self, x: FloatArray) -> FloatArray:
         """E (m,), torque units."""
-        return np.asarray(self.stiffness @ x + self.torque(x) - self.load)
+        return self.at(x)[0]
 
     def jacobian(self, x: FloatArray) -> FloatArray:
         """dE/dx (m, m)."""
-        rows = self.table[np.abs(self.table @ x) < self.sigma]
-        slope = 2.0 / len(self.table) * self.Q_m / self.sigma
-        return np.asarray(self.stiffness + slope * (rows.T @ rows))
+        return self.at(x)[1]
 
 
-def balance_of(condensed: Condensed, law: SaturatedCoulomb, samples: int) -> Balance:
-    """The balance of one law, with `samples` instants per repetition."""
-    highest = condensed.R // condensed.divisor
-    cells = uniform(highest, False, samples, True)
-    step = 2 if condensed.half_wave else 1
-    keep = np.repeat(np.arange(highest) % step == 0, 2)
+def balance_of(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> Balance:
+    """The balance of one law, with the projection of `settings`."""
     m = 2 * len(condensed.orders)
     stiffness = np.zeros((m, m))
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -90,7 +117,17 @@ def balance_of(condensed: Condensed, law: SaturatedCoulomb, samples: int) -> Bal
     stiffness[even, even] = stiffness[even + 1, even + 1] = inverse.real
     stiffness[even, even + 1], stiffness[even + 1, even] = inverse.imag, -inverse.imag
     load = set_valued._pairs(condensed.reaction)
-    return Balance(stiffness, cells.table[:, keep], load, law.Q_m, law.sigma)
+    projection = _projection(condensed, settings)
+    return Balance(stiffness, projection, load, law.Q_m, law.sigma)
+
+
+def _projection(condensed: Condensed, settings: Settings) -> Projection:
+    if not settings.samples_torque(saturated=True):
+        return partial(_exact, condensed.turns, condensed.images)
+    highest = condensed.R // condensed.divisor
+    table = uniform(highest, False, settings.samples_for(highest), True).table
+    keep = np.repeat(np.arange(highest) % condensed.images == 0, 2)
+    return partial(_sampled, table[:, keep])
 
 
 def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> Solved:
@@ -101,17 +138,14 @@ def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> So
     ConvergenceError
         With the best iterate and the residual history.
     """
-    highest = condensed.R // condensed.divisor
-    samples = settings.samples_for(highest)
-    x = set_valued._pairs(condensed.velocity)
+    balance = balance_of(condensed, law, settings)
     history: list[float] = []
     if settings.start == "set_valued" and law.Q_m > 0.0:
-        x = velocity_of(condensed, law, samples)
-        balance = balance_of(condensed, law, samples)
-        x, good = _balanced(balance, x, settings, history)
+        x, good = _balanced(balance, velocity_of(condensed, law, settings), settings, history)
+        if not good and not settings.samples_torque(saturated=True):  # samples are only near it
+            x, good = _down_the_ladder(condensed, balance, True, settings, history)
     else:
-        x, good = _down_the_ladder(condensed, law, samples, x, settings, history)
-        balance = balance_of(condensed, law, samples)
+        x, good = _down_the_ladder(condensed, balance, settings.sigma_ladder, settings, history)
     found = _solved(balance, x, history)
     if not good:
         advice = "start='set_valued'" if settings.sigma_ladder else "sigma_ladder=True"
@@ -126,23 +160,21 @@ def solve(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> So
 
 def _down_the_ladder(
     condensed: Condensed,
-    law: SaturatedCoulomb,
-    samples: int,
-    x: FloatArray,
+    balance: Balance,
+    laddered: bool,
     settings: Settings,
     history: list[float],
 ) -> tuple[FloatArray, bool]:
-    """Balance at sigma, through wider bands when a ladder is asked for."""
+    """Balance at sigma from the motion without friction, through wider bands when `laddered`."""
+    last, share = balance.sigma, RUNG
     widest = float(np.abs(condensed.velocity).sum())
-    sigma, share, good = law.sigma, RUNG, True
-    if settings.sigma_ladder and widest > law.sigma:
-        sigma = widest
-    balance = balance_of(condensed, SaturatedCoulomb(law.Q_m, sigma), samples)
-    x, good = _balanced(balance, x, settings, history)
-    while good and sigma > law.sigma:
-        following = max(law.sigma, share * sigma)
-        if following < law.sigma / share:  # no rung that is hardly one
-            following = law.sigma
+    sigma = widest if laddered and widest > last else last
+    first = replace(balance, sigma=sigma)
+    x, good = _balanced(first, set_valued._pairs(condensed.velocity), settings, history)
+    while good and sigma > last:
+        following = max(last, share * sigma)
+        if following < last / share:  # no rung that is hardly one
+            following = last
         rung = replace(balance, sigma=following)
         next_x, found = _balanced(rung, x, settings, history, RUNG_STEPS)
         if found:
@@ -154,8 +186,9 @@ def _down_the_ladder(
     return x, good
 
 
-def velocity_of(condensed: Condensed, law: SaturatedCoulomb, samples: int) -> FloatArray:
-    """The velocity (pairs) by the interior-point method."""
+def velocity_of(condensed: Condensed, law: SaturatedCoulomb, settings: Settings) -> FloatArray:
+    """The velocity (pairs) by the interior-point method, at samples; a start for any projection."""
+    samples = settings.samples_for(condensed.R // condensed.divisor)
     size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
     half_wave = condensed.half_wave and samples % 2 == 0
     cells = uniform(int(condensed.turns[-1]), half_wave, samples, True)
@@ -187,7 +220,7 @@ def _balanced(
     best_x, best, waited = x, np.inf, 0
     inverse: FloatArray | None = None
     tolerance = settings.newton_tolerance
-    residual, change = balance.residual(x), np.inf
+    (residual, jacobian), change = balance.at(x), np.inf
     for _ in range(min(settings.max_iterations, most or settings.max_iterations)):
         size = float(np.abs(residual).max(initial=0.0)) / scale
         history.append(size)
@@ -199,15 +232,13 @@ def _balanced(
         if size <= tolerance and change <= max(tolerance, 1e-6):
             return x, True
         if inverse is None and waited > PATIENCE:  # Newton diverges: Broyden from its best
-            x, residual = best_x, balance.residual(best_x)
-            inverse, waited = np.asarray(np.linalg.inv(balance.jacobian(x)), dtype=np.float64), 0
-        if inverse is None:
-            step = np.linalg.solve(balance.jacobian(x), -residual)
-        else:
-            step = -inverse @ residual
+            x = best_x
+            residual, jacobian = balance.at(x)
+            inverse, waited = np.asarray(np.linalg.inv(jacobian), dtype=np.float64), 0
+        step = np.linalg.solve(jacobian, -residual) if inverse is None else -inverse @ residual
         size_x = max(float(np.linalg.norm(x)), 1e-300)
         change = float(np.linalg.norm(step)) / size_x
-        following = balance.residual(x + step)
+        following, jacobian = balance.at(x + step)
         if inverse is not None:  # Broyden's update of the inverse
             moved = inverse @ (following - residual)
             scalar = float(step @ moved)
@@ -218,13 +249,12 @@ def _balanced(
 
 
 def _solved(balance: Balance, x: FloatArray, history: list[float]) -> Solved:
-    pairs = balance.torque(x)
-    h = balance.Q_m * np.clip(balance.table @ x / balance.sigma, -1.0, 1.0)
+    torque = balance.projection(x, balance.sigma)
     empty = np.zeros(0)
     return Solved(
-        pairs[0::2] - 1j * pairs[1::2],
-        x[0::2] - 1j * x[1::2],
-        float(h.mean()),
+        balance.Q_m * set_valued._series(torque.pairs),
+        set_valued._series(x),
+        balance.Q_m * torque.mean,
         empty,
         empty,
         False,

@@ -178,7 +178,7 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     if Q_m >= critical_bound(condensed):
         return locked(condensed)
     size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
-    if settings.projection == "exact":
+    if not settings.samples_torque(saturated=False):
         for cells_per_unknown in SEARCH_CELLS:
             found = _searched(condensed, Q_m, size, cells_per_unknown)
             if found.gap <= settings.tolerance:
@@ -349,7 +349,7 @@ def _largest(orders: NDArray[np.int64], series: ComplexArray) -> float:
 
 def _first_cells(condensed: Condensed, settings: Settings | None = None) -> Cells:
     highest = condensed.R // condensed.divisor
-    if settings is not None and settings.projection == "sampled":
+    if settings is not None and settings.samples_torque(saturated=False):
         return uniform(highest, condensed.half_wave, settings.samples_for(highest), True)
     return uniform(highest, condensed.half_wave, CELLS_PER_HARMONIC * (highest + 1))
 

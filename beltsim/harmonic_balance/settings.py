@@ -16,7 +16,7 @@ from beltsim.errors import InvalidProblemError, Mistake
 from beltsim.harmonic_balance.pattern import Pattern
 
 HARMONICS = ("auto", "odd", "all")
-PROJECTIONS = ("exact", "sampled")
+PROJECTIONS = ("auto", "exact", "sampled")
 STARTS = ("linear", "set_valued")
 
 
@@ -30,9 +30,9 @@ class Settings:
         ``"auto"``: the harmonics that the forcing's symmetry allows (multiples of their common
         divisor, odd ones only when half-wave symmetry holds); ``"odd"``; ``"all"``.
     projection : str
-        Coulomb: ``"exact"``, Fourier integrals in closed form over cells that are cut finer where
-        the torque has an edge; or ``"sampled"`` at `samples` instants. The saturated law is always
-        sampled.
+        How the torque's harmonics are found: ``"exact"``, Fourier integrals in closed form between
+        located edges; ``"sampled"`` at `samples` instants, as the paper does for the saturated
+        law; ``"auto"``: exact for Coulomb, sampled for the saturated law.
     samples : int, optional
         Instants per repetition of the response, at least 2R + 1. Default: 256 or 8(R + 1),
         whichever is more.
@@ -72,7 +72,7 @@ class Settings:
     """
 
     harmonics: str = "auto"
-    projection: str = "exact"
+    projection: str = "auto"
     samples: int | None = None
     tolerance: float = 1e-5
     max_refinements: int = 6
@@ -106,6 +106,9 @@ class Settings:
         for name in ("sigma_ladder", "estimate"):
             if not isinstance(getattr(self, name), bool | np.bool_):
                 mistakes.append(Mistake(f"settings.{name}", getattr(self, name), "True or False"))
+        if self.projection == "exact" and self.samples is not None:
+            allowed = 'None: with projection = "exact" nothing is sampled'
+            mistakes.append(Mistake("settings.samples", self.samples, allowed))
         if self.pattern is not None:
             mistakes += self._pattern_mistakes()
         if mistakes:
@@ -117,6 +120,10 @@ class Settings:
         if self.harmonics == "odd":
             return [Mistake("settings.harmonics", "odd", '"auto" or "all" beside a pattern')]
         return []
+
+    def samples_torque(self, saturated: bool) -> bool:
+        """Whether the torque of a law, saturated or not, is sampled."""
+        return self.projection == "sampled" or (saturated and self.projection == "auto")
 
     def samples_for(self, R: int) -> int:
         """Samples per repetition for R harmonics; refuses fewer than the series needs."""

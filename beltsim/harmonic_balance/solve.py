@@ -113,6 +113,11 @@ def _method(law: Any, settings: Settings) -> str:
     return "set_valued" if settings.pattern is None else "pattern"
 
 
+def _is_sampled(method: str, settings: Settings) -> bool:
+    """Whether the torque is known at samples only."""
+    return method != "pattern" and settings.samples_torque(saturated=method == "saturated")
+
+
 def _harmonics(settings: Settings) -> str:
     """A pattern says nothing of symmetry: all harmonics are kept."""
     return settings.harmonics if settings.pattern is None else "all"
@@ -191,7 +196,7 @@ def _statistics(
     return {
         "solver": "harmonic_balance",
         "method": method,
-        "projection": {"saturated": "sampled", "pattern": "exact"}.get(method, settings.projection),
+        "projection": "sampled" if _is_sampled(method, settings) else "exact",
         "R": condensed.R,
         "half_wave": condensed.half_wave,
         "divisor": condensed.divisor,
@@ -222,8 +227,8 @@ def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
 
 def _gap_warnings(solved: Solved, settings: Settings, law: Any) -> tuple[str, ...]:
     """A gap above the one asked for is accepted up to `ACCEPTED_GAP`, but never in silence."""
-    exact = _method(law, settings) == "set_valued" and settings.projection == "exact"
-    if not exact or solved.gap <= settings.tolerance:
+    method = _method(law, settings)
+    if method != "set_valued" or _is_sampled(method, settings) or solved.gap <= settings.tolerance:
         return ()
     return (
         f"the torque misses its law by a gap of {solved.gap:.2g}, above the tolerance "

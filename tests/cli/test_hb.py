@@ -54,12 +54,22 @@ def test_static_friction_takes_its_events_from_the_exact_orbit_or_a_run(tmp_path
     assert "left out with --sigma" in capsys.readouterr().err
 
 
+def test_the_torque_of_a_band_can_be_integrated_exactly(tmp_path, capsys):
+    words = ["hb", DRIVE, *POINT, "-R", "9", "--sigma", "1e-4", "--out", str(tmp_path)]
+    for choice, name in (([], "sampled"), (["--projection", "exact"], "exact")):
+        assert main([*words, *choice]) == 0
+        found = beltsim.load(tmp_path / "zhu_parker_2008-hb.nc")
+        assert found.statistics["projection"] == name
+    assert "Harmonic balance, R = 9" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [
         (["-R", "0"], "R = 0"),
         (["-R", "8", "--sigma", "1e-3"], "odd for the saturated law"),
         (["--sigma", "0"], "sigma"),
+        (["--projection", "fft"], "projection"),
     ],
 )
 def test_bad_input_is_one_line(words, told, tmp_path, capsys):

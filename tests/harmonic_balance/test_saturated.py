@@ -39,7 +39,9 @@ def test_jacobian_is_the_derivative_of_the_residual(seed: int) -> None:
     problem = random_problem(seed, 4, static=False, share=0.3)
     condensed = condense(problem, 9)
     sigma = 0.3 * np.abs(condensed.velocity).max()
-    balance = balance_of(condensed, SaturatedCoulomb(problem.friction.Q_m, sigma), 333)
+    balance = balance_of(
+        condensed, SaturatedCoulomb(problem.friction.Q_m, sigma), Settings(samples=333)
+    )
     x = np.random.default_rng(seed).standard_normal(2 * len(condensed.orders)) * sigma
     step = 1e-7 * sigma
     columns = [
