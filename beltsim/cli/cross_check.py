@@ -8,6 +8,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
+import numpy as np
+
 from beltsim.cli.arguments import cross_check_parser
 from beltsim.cli.mistakes import Mistakes
 from beltsim.cli.operation import examined, friction_given, merged
@@ -18,6 +20,13 @@ from beltsim.cross_check import Check, Difference, check, require_tolerance
 from beltsim.errors import InvalidProblemError
 from beltsim.metrics import Survey
 from beltsim.problem import FrictionProblem
+
+#: Rows whose difference is not relative.
+REMARKS = {
+    "stick fraction": " (difference)",
+    "velocity reversals": " (difference)",
+    "event times": " (difference in forcing periods)",
+}
 
 
 def run(words: Sequence[str]) -> int:
@@ -74,7 +83,8 @@ def _print(title: str, problem: FrictionProblem, survey: Survey, found: Check) -
         ]
         say("", "Relative error that each admits", *listed(admitted))
         say("", *table(("residual on a fine grid", *found.residuals), rows))
-    say(*warning_lines(tuple(dict.fromkeys((*survey.warnings, *problem.warnings)))))
+    said = (*survey.warnings, *problem.warnings, *found.warnings)
+    say(*warning_lines(tuple(dict.fromkeys(said))))
     compared = len([gap for gap in found.differences if gap.judged])
     text = f"{len(found.residuals)} solvers agree in {compared} comparisons"
     say("", *(f"DISAGREE  {fault}" for fault in found.faults), *([text] if found.agrees else []))
@@ -99,7 +109,8 @@ def _rows(found: Check, others: Sequence[str]) -> list[list[str]]:
     rows = []
     for name, line in lines.items():
         first = next(iter(line.values()))
-        rows.append([name, _value(name, first), *(_cell(line[other]) for other in others)])
+        label = name + REMARKS.get(name, "")
+        rows.append([label, _value(name, first), *(_cell(line[other]) for other in others)])
     return rows
 
 
@@ -112,6 +123,8 @@ def _value(name: str, gap: Difference) -> str:
         return ""
     if name == "event times":
         return f"{gap.reference:.0f} events"
+    if gap.unit == "rad":
+        return f"{np.degrees(gap.reference * gap.scale):.6g} deg"
     unit = "" if gap.unit in ("", "1") else f" {gap.unit}"
     return f"{gap.reference * gap.scale:.6g}{unit}"
 

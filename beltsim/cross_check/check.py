@@ -86,6 +86,18 @@ class Check:
         return next((one for one in self.candidates if one.motion is not None), None)
 
     @property
+    def warnings(self) -> tuple[str, ...]:
+        """Limits that the reference's motion crosses, such as a span that goes slack."""
+        motion = self.reference.motion if self.reference is not None else None
+        if motion is None:
+            return ()
+        return tuple(
+            text
+            for seen in motion.problem.observables
+            for text in seen.warnings(motion.observed(seen))
+        )
+
+    @property
     def faults(self) -> tuple[str, ...]:
         """Everything that is wrong, in sentences; empty when the solvers agree."""
         found = []

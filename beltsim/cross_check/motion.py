@@ -14,7 +14,7 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.errors import InvalidProblemError, Mistake
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, Observable
 from beltsim.response import MODE_SIGNS, Response
 
 
@@ -87,10 +87,13 @@ class Motion:
 
     def extremes(self, name: str) -> tuple[float, float]:
         """Lowest and highest sample of the observable `name`, in problem units."""
-        seen = next(one for one in self.problem.observables if one.name == name)
-        Omega = self.problem.forcing.Omega
-        values = np.concatenate([seen.at(piece.t, piece.q, Omega) for piece in self.pieces])
+        values = self.observed(next(s for s in self.problem.observables if s.name == name))
         return float(values.min()), float(values.max())
+
+    def observed(self, seen: Observable) -> FloatArray:
+        """Samples of an observable, in problem units; a state at an event occurs twice."""
+        Omega = self.problem.forcing.Omega
+        return np.concatenate([seen.at(piece.t, piece.q, Omega) for piece in self.pieces])
 
     @cached_property
     def dissipated_energy(self) -> float:

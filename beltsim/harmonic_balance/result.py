@@ -18,7 +18,7 @@ from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
 from beltsim.harmonic_balance.phases import SIGNS, Found, Located
 from beltsim.harmonic_balance.set_valued import Solved, reaction_range
 from beltsim.harmonic_balance.settings import Settings
-from beltsim.problem import FrictionProblem, Observable
+from beltsim.problem import FrictionProblem
 from beltsim.response import EventLog, NearGrazing, Response, Window, figures
 
 #: A band is wide when it is above this share of the largest velocity.
@@ -75,7 +75,7 @@ def build(
         warnings=(
             *problem.warnings,
             *warnings,
-            *_limit_warnings(problem.observables, t, q, Omega),
+            *(w for seen in problem.observables for w in seen.warnings(seen.at(t, q, Omega))),
             *_band_warnings(law, peak),
         ),
         statistics={**statistics, "velocity_peak": peak},
@@ -220,24 +220,6 @@ def _rest_interval(
     free, unit = condensed.mean_free[problem.joint], condensed.mean_unit[problem.joint]
     ends = sorted((float(free - unit * (Q_m - high)), float(free - unit * (-Q_m - low))))
     return ends[0], ends[1]
-
-
-def _limit_warnings(
-    observables: tuple[Observable, ...], t: FloatArray, q: FloatArray, Omega: float
-) -> list[str]:
-    found = []
-    for seen in observables:
-        values = seen.at(t, q, Omega)
-        unit = "" if seen.unit == "1" else f" {seen.unit}"
-        low, high = float(values.min()), float(values.max())
-        for limit, worst, beyond, verb in (
-            (seen.lower, low, low < seen.lower, "falls below"),
-            (seen.upper, high, high > seen.upper, "exceeds"),
-        ):
-            if beyond:
-                reach = f"{limit * seen.scale:.6g}{unit}, extreme {worst * seen.scale:.6g}{unit}"
-                found.append(f"{seen.name} {verb} {reach}")
-    return found
 
 
 def _band_warnings(law: Any, peak: float) -> list[str]:

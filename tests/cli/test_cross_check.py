@@ -19,6 +19,10 @@ def test_the_solvers_agree_on_the_examples(name, capsys):
     for word in ("event map", "C core", "range of tension of span 1", "dissipated energy", "agree"):
         assert word in out
     assert "DISAGREE" not in out
+    assert " rad" not in out
+    assert "deg" in next(line for line in out.splitlines() if line.startswith("  rms of theta_t"))
+    slack = [line for line in out.splitlines() if "tension of span 1 falls below 0 N" in line]
+    assert len(slack) == 1
 
 
 def test_every_mistake_is_named_at_once(capsys):
