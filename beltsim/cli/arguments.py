@@ -23,6 +23,13 @@ METHODS = ("auto", "adams", "bdf", "taylor")
 _STATUS = (
     "exit status: 0 done; 1 computed, but it failed or disagrees; 2 bad input; 130 interrupted"
 )
+_SIGMA_HELP = (
+    "saturated law: a line instead of the jump at rest, up to this arm velocity in rad per unit of "
+    "dimensionless time l sqrt(rho/P0), such as 1e-3; reports print it in deg/s (default: exact "
+    "Coulomb friction)"
+)
+_RATIO = "over P0 r_t (reference tension times arm length)"
+_OMEGA_HELP = "dimensionless firing frequency (reports print it beside the crank speed)"
 _FILE_HELP = "drive file (TOML, or JSON with the same keys), or a result of `beltsim run`"
 
 
@@ -87,12 +94,14 @@ def _run(verbs: argparse._SubParsersAction[_Parser]) -> None:
         help="Adams or BDF formulas of CVODE, or Taylor series (default: auto: adams)",
     )
     solver.add_argument(
-        "--rtol", type=_number, metavar="X", help="relative tolerance (default: 1e-8)"
+        "--rtol", type=_number, metavar="X", help="relative tolerance of a step (default: 1e-8)"
     )
     solver.add_argument(
-        "--samples", type=_integer, metavar="N", help="samples per period (default: 500)"
+        "--samples", type=_integer, metavar="N", help="samples per forcing period (default: 500)"
     )
-    solver.add_argument("--max-seconds", type=_number, metavar="X", help="give up after X seconds")
+    solver.add_argument(
+        "--max-seconds", type=_number, metavar="X", help="give up after X s of computing"
+    )
     _add_output(verb)
     verb.add_argument("--no-plot", action="store_true", help="draw no pictures")
 
@@ -113,7 +122,7 @@ def _hb(verbs: argparse._SubParsersAction[_Parser]) -> None:
         "--sigma",
         type=_number,
         metavar="X",
-        help="use the saturated law with this band instead of exact Coulomb friction",
+        help=_SIGMA_HELP,
     )
     method.add_argument(
         "--pattern",
@@ -135,7 +144,7 @@ def _events(verbs: argparse._SubParsersAction[_Parser]) -> None:
     text = "find the exact periodic motions over a range of friction torques"
     verb = _verb(verbs, "events", text)
     _add_operation(verb)
-    study = verb.add_argument_group("range, in units of P0 r_t (default: to just above locking)")
+    study = verb.add_argument_group(f"range, Q_m {_RATIO} (default: to just above locking)")
     study.add_argument("--from", dest="lowest", type=_number, metavar="X", help="smallest Q_m")
     study.add_argument("--to", dest="highest", type=_number, metavar="X", help="largest Q_m")
     study.add_argument(
@@ -160,17 +169,13 @@ def _sweep(verbs: argparse._SubParsersAction[_Parser]) -> None:
     speed = verb.add_argument_group(text).add_mutually_exclusive_group()
     shape = "LOW:HIGH:COUNT"
     speed.add_argument("--rpm", type=_range, metavar=shape, help="crank speeds, 1/min")
-    speed.add_argument(
-        "--omega", "--Omega", type=_range, metavar=shape, help="dimensionless firing frequencies"
-    )
-    text = "torques, such as 0,14.5,inf; inf is a locked arm (default: free, the file's, locked)"
+    speed.add_argument("--omega", "--Omega", type=_range, metavar=shape, help=_OMEGA_HELP)
+    text = "torques, such as 0,14.5,inf; inf locks the arm (default: free, the file's, locked)"
     torque = verb.add_argument_group(text).add_mutually_exclusive_group()
     torque.add_argument(
         "--friction-torque-N-m", type=_numbers, metavar="X,...", help="friction torques, N m"
     )
-    torque.add_argument(
-        "--Q-m", type=_numbers, metavar="X,...", help="friction torques over P0 r_t"
-    )
+    torque.add_argument("--Q-m", type=_numbers, metavar="X,...", help=f"friction torques {_RATIO}")
     method = verb.add_argument_group("method (default: the exact event map)")
     method.add_argument(
         "-R",
@@ -179,9 +184,7 @@ def _sweep(verbs: argparse._SubParsersAction[_Parser]) -> None:
         metavar="N",
         help="use harmonic balance with N harmonics of the forcing",
     )
-    method.add_argument(
-        "--sigma", type=_number, metavar="X", help="use the saturated law with this band"
-    )
+    method.add_argument("--sigma", type=_number, metavar="X", help=_SIGMA_HELP)
     _add_model(verb)
     _add_output(verb)
     verb.add_argument("--no-plot", action="store_true", help="draw no picture")
@@ -240,9 +243,7 @@ def _add_point(verb: argparse.ArgumentParser) -> None:
     point = verb.add_argument_group("operating point (default: that of the file)")
     speed = point.add_mutually_exclusive_group()
     speed.add_argument("--rpm", type=_number, metavar="X", help="crank speed, 1/min")
-    speed.add_argument(
-        "--omega", "--Omega", type=_number, metavar="X", help="dimensionless firing frequency"
-    )
+    speed.add_argument("--omega", "--Omega", type=_number, metavar="X", help=_OMEGA_HELP)
     text = "friction of the arm (default: that of the file; a new kinetic value is also the static)"
     arm = verb.add_argument_group(text)
     for option, unit in (("", "N m"), ("static-", "N m")):
@@ -258,7 +259,7 @@ def _add_point(verb: argparse.ArgumentParser) -> None:
             f"--Q-{name[0].replace('k', 'm')}",
             type=_number,
             metavar="X",
-            help=f"{name} friction torque over P0 r_t",
+            help=f"{name} friction torque {_RATIO}",
         )
     _add_model(verb)
 

@@ -97,6 +97,10 @@ def _method_lines(response: Response) -> list[str]:
         return [f"{head}, with the pattern of events {whence}: {events}"]
     if "pattern_from" in seen:
         return [f"{head}, for an arm at rest, as the exact orbit has it"]
+    law, scales = response.problem.friction, response.problem.scales
+    if isinstance(law, SaturatedCoulomb) and scales is not None:
+        speed = _degrees(response, law.sigma / scales.time_s)
+        return [f"{head}, saturated law: full friction from {speed}/s (sigma = {law.sigma:g})"]
     return [
         f"{head}: the arm is locked from Q_m = {seen['Q_cr']:.4g} "
         f"(with these harmonics from {seen['Q_cr_R']:.4g})"

@@ -52,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     inputs = {"drive": job.source.text, "suffix": job.source.suffix, "arguments": {}}
     found.attrs["inputs"] = json.dumps(inputs)
     written, trouble = _write(job, found, None if options.no_plot else options.format)
-    say(job.source.drive.name or job.stem.name, f"  {_extent(found)}", "")
+    say(job.source.drive.name or job.stem.name, f"  {_extent(found)}", *_band_lines(job), "")
     say(*table(_TITLES, [_row(found.isel(Q_m=i)) for i in range(found.sizes["Q_m"])]))
     if written:
         say("", "Written", *(f"  {path}" for path in written))
@@ -99,6 +99,15 @@ def _figures(found: Any) -> dict[str, Any]:
 def _extent(found: Any) -> str:
     rpm = found.crank_speed.values
     return f"{len(rpm)} speeds, {rpm.min():.0f} to {rpm.max():.0f} rpm (rms over a period)"
+
+
+def _band_lines(job: _Job) -> list[str]:
+    """The band of the saturated law, in SI."""
+    sigma = getattr(job.method, "sigma", None)
+    if sigma is None:
+        return []
+    speed = np.degrees(sigma / scale(job.source.drive).time_s)
+    return [f"  saturated law: full friction from {short(speed)} deg/s (sigma = {sigma:g})"]
 
 
 def _prepared(options: argparse.Namespace) -> _Job:
@@ -184,7 +193,9 @@ def _write(job: _Job, found: Any, picture: str | None) -> tuple[list[Path], str]
             from beltsim import plots  # loads matplotlib
 
             title = job.source.drive.name or job.stem.name
-            figure = plots.curves(_figures(found), "Omega", "Q_m", title=title)
+            doubtful = (found.largest_multiplier > 1.0 + 1e-6) | (found.coexisting > 0.0)
+            panels = _figures(found)
+            figure = plots.curves(panels, "Omega", "Q_m", title=title, doubtful=doubtful)
             written.append(plots.save_figure(figure, path.with_suffix(f".{picture}")))
     except (OSError, ResultFileError) as error:
         return written, str(error)

@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 _DASHES: tuple[Any, ...] = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 2, 1, 2)))
 #: A logarithmic axis begins at this share of its largest value: what is less is mostly rounding.
 LOG_SHARE = 1e-5
+#: Curves of so many points or fewer show each of them.
+MARKED = 120
+#: Marks of points without a value, and of orbits that need not be the motion one sees.
+CROSS: dict[str, Any] = {"linestyle": "", "marker": "x", "markersize": 5.0, "clip_on": False}
+RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 6.0, "fillstyle": "none"}
 #: How axes and legends call a dimension.
 NAMES = {
     "Omega": r"excitation frequency $\Omega$",
@@ -38,8 +43,11 @@ def curves(
     title: str | None = None,
     log: bool = False,
     limits: tuple[float, float] | None = None,
+    doubtful: Any = None,
 ) -> Figure:
     """Curves over `x`, one panel for each entry of `panels`.
+
+    Points without a value (NaN) are crosses on the lower edge, unless the whole curve has none.
 
     Parameters
     ----------
@@ -56,6 +64,8 @@ def curves(
         Whether the vertical axes are logarithmic.
     limits : (low, high), optional
         Of the horizontal axis.
+    doubtful : data array of bool, optional
+        Points that get a hollow ring: orbits that are unstable, or not the only one.
 
     Returns
     -------
@@ -93,7 +103,7 @@ def curves(
     column = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for axes, (name, data) in zip(column, panels.items(), strict=True):
         plain_axes(axes)
-        _draw(axes, data, x, lines, styles)
+        _draw(axes, data, doubtful, x, lines, styles)
         axes.set_ylabel(name)
         if log:
             axes.set_yscale("log")
@@ -106,7 +116,7 @@ def curves(
     _second_scale(column[0], first, x)
     if title:
         figure.suptitle(plain(title) if "$" not in title else title, fontsize=12)
-    _legend(figure, first, lines, styles)
+    _legend(figure, first, lines, styles, _marks(panels, doubtful))
     return figure
 
 
@@ -114,18 +124,31 @@ def _finite_end(values: Any) -> float:
     return float(values[np.isfinite(values)].max())
 
 
-def _draw(axes: Any, data: Any, x: str, lines: str | None, styles: str | None) -> None:
+def _draw(
+    axes: Any, data: Any, doubtful: Any, x: str, lines: str | None, styles: str | None
+) -> None:
     for i, one in enumerate(_parts(data, lines)):
+        color = CYCLE[i % len(CYCLE)] if lines else INK
         for j, each in enumerate(_parts(one, styles)):
+            at, values, gap = each[x].values, each.values, np.isnan(each.values)
             axes.plot(
-                each[x],
-                each.values,
-                color=CYCLE[i % len(CYCLE)] if lines else INK,
+                at,
+                values,
+                color=color,
                 linestyle=_DASHES[j % len(_DASHES)],
                 linewidth=1.5 if j == 0 else 1.1,
-                marker="o" if np.isnan(each.values).any() else None,
-                markersize=1.6,
+                marker="o",
+                markersize=2.4 if len(values) <= MARKED else 0.0,
             )
+            alone = ~gap & np.append(True, gap[:-1]) & np.append(gap[1:], True)
+            if alone.any():  # no line leads there
+                axes.plot(at[alone], values[alone], "o", color=color, markersize=4.0)
+            if gap.any() and not gap.all():
+                edge = axes.get_xaxis_transform()
+                axes.plot(at[gap], 0.0 * at[gap], transform=edge, color=color, **CROSS)
+            if doubtful is not None:
+                ring = _parts(_parts(doubtful, lines)[i], styles)[j].values
+                axes.plot(at[ring], values[ring], color=color, **RING)
 
 
 def _parts(data: Any, dimension: str | None) -> list[Any]:
@@ -149,7 +172,24 @@ def _second_scale(axes: Any, data: Any, x: str) -> None:
     top.spines["top"].set_color("#BBBBBB")
 
 
-def _legend(figure: Figure, data: Any, lines: str | None, styles: str | None) -> None:
+def _marks(panels: Mapping[str, Any], doubtful: Any) -> dict[str, dict[str, Any]]:
+    """What the marks that occur mean."""
+    found = {}
+    gaps = [np.isnan(data.values) for data in panels.values()]
+    if any(gap.any() and not gap.all() for gap in gaps):
+        found["no solution"] = CROSS
+    if doubtful is not None and doubtful.values.any():
+        found["unstable, or not the only orbit"] = RING
+    return found
+
+
+def _legend(
+    figure: Figure,
+    data: Any,
+    lines: str | None,
+    styles: str | None,
+    marks: dict[str, dict[str, Any]],
+) -> None:
     from matplotlib.lines import Line2D
 
     handles = []
@@ -159,6 +199,7 @@ def _legend(figure: Figure, data: Any, lines: str | None, styles: str | None) ->
     for j, value in enumerate(_values(data, styles)):
         dash = _DASHES[j % len(_DASHES)]
         handles.append(Line2D([], [], color=INK, linestyle=dash, label=_said(styles, value)))
+    handles += [Line2D([], [], color=INK, label=text, **mark) for text, mark in marks.items()]
     if len(handles) > 1:
         columns = 3 if max(len(str(handle.get_label())) for handle in handles) > 20 else 5
         figure.legend(

@@ -39,6 +39,8 @@ MORE = {
     "reversals_of_series": "nu, sign changes of the truncated velocity series",
     "phases_per_period": "phases (slips and sticks) per forcing period",
     "period_multiple": "period of the response in forcing periods",
+    "largest_multiplier": "largest modulus of a Floquet multiplier; above 1 unstable",
+    "coexisting": "1 where the arm rests and, for Q_m < Q_cr <= Q_s, may also move; else 0",
 }
 
 
@@ -56,6 +58,8 @@ def measured(response: Response, method: Method, signals: tuple[int, ...], harmo
         "reversals_of_series": _series_reversals(response, method),
         "phases_per_period": _phases(response) / multiple,
         "period_multiple": multiple,
+        "largest_multiplier": _largest(response.multipliers),
+        "coexisting": float(_rests(response) and _may_move(problem)),
         "phase_pattern": phase_pattern(response),
         "amplitude": _amplitudes(c, signals, harmonics),
     }
@@ -76,9 +80,25 @@ def measured_locked(problem: FrictionProblem, signals: tuple[int, ...], harmonic
         "reversals_of_series": 0.0,
         "phases_per_period": 1.0,
         "period_multiple": 1.0,
+        "largest_multiplier": np.nan,
+        "coexisting": 0.0,
         "phase_pattern": "0",
         "amplitude": _amplitudes(c, signals, harmonics),
     }
+
+
+def _largest(multipliers: Any) -> float:
+    return np.nan if multipliers is None else float(np.abs(multipliers).max(initial=0.0))
+
+
+def _rests(response: Response) -> bool:
+    return not len(response.events) and response.initial_mode == "stick"
+
+
+def _may_move(problem: FrictionProblem) -> bool:
+    """Whether the kinetic torque alone would not hold the joint, so that motion feeds itself."""
+    law = problem.friction
+    return law is not None and law.Q_m < linear.critical_torque(problem)
 
 
 def _peaks(response: Response) -> Any:

@@ -33,7 +33,10 @@ def test_it_prints_and_writes(tmp_path, capsys):
 def test_a_band_takes_the_papers_method(tmp_path, capsys):
     words = ["hb", DRIVE, *POINT, "-R", "9", "--sigma", "1e-4", "--out", str(tmp_path)]
     assert main(words) == 0
-    assert "truncated series: 1)" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "truncated series: 1)" in said
+    problem = beltsim.load(tmp_path / "zhu_parker_2008-hb.nc").problem
+    assert f"from {np.degrees(1e-4 / problem.scales.time_s):.4g} deg/s (sigma = 0.0001)" in said
 
 
 def test_static_friction_takes_its_events_from_the_exact_orbit_or_a_run(tmp_path, capsys):

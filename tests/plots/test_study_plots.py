@@ -38,6 +38,20 @@ def test_curves_are_the_data(grid):
     assert "crank speed (rpm)" in words(figure)
 
 
+def test_every_point_of_a_curve_shows_also_failed_and_doubtful_ones():
+    """One panel: a line with a gap, so that its first point stands alone; a ring, a cross."""
+    data = xarray.DataArray([1.0, np.nan, 2.0, 3.0], {"Omega": [1.0, 2.0, 3.0, 4.0]}, ("Omega",))
+    figure = plots.curves({"a": data}, "Omega", doubtful=data > 2.5)
+    line, alone, cross, ring = figure.axes[0].get_lines()
+    assert line.get_markersize() > 0.0
+    assert [one.get_xdata().tolist() for one in (alone, cross, ring)] == [[1.0], [2.0], [4.0]]
+    assert "no solution" in words(figure)
+    assert "unstable" in words(figure)
+    plain = plots.curves({"a": data[2:]}, "Omega")
+    assert len(plain.axes[0].get_lines()) == 1
+    assert "no solution" not in words(plain)
+
+
 def test_curves_refuse_what_they_cannot_tell_apart(grid):
     with pytest.raises(InvalidProblemError, match="coordinate"):
         plots.curves({"rms": grid.rms}, "Omega", "Q_m")

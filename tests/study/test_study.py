@@ -95,6 +95,15 @@ def test_a_point_that_fails_keeps_its_reason():
     assert np.isfinite(found.rms.values[0]).all()
 
 
+def test_unstable_and_coexisting_orbits_are_told():
+    """Q_m < Q_cr <= Q_s: the arm rests, but it might move."""
+    found = study.sweep(DRIVE, [6.3], [0.5, 6.0, 20.0], study.EventMap(static_ratio=2.5), **SMALL)
+    assert found.coexisting.values.tolist() == [[0.0, 1.0, 0.0]]
+    assert 0.0 < found.largest_multiplier.values[0, 0] < 1.0
+    series = study.sweep(DRIVE, [6.3], [0.5], study.HarmonicBalance(9), **SMALL)
+    assert np.isnan(series.largest_multiplier).all()
+
+
 def test_shares_of_the_critical_torque():
     found = study.sweep(DRIVE, SPEEDS, [0.5, 1.0001], relative=True, **SMALL)
     limits = study.critical_torques(DRIVE, SPEEDS, **SMALL).Q_cr
