@@ -1,7 +1,12 @@
 # Kernels see arrays only; numba derives their types from the call.
 # ruff: noqa: ANN001, ANN202
 # mypy: disallow_untyped_defs=False, disallow_incomplete_defs=False, check_untyped_defs=False
-"""Compiled kernel: responses of the linear part to a unit torque on the joint and to the forcing.
+r"""Compiled kernels: the linear part seen from the joint, and all coordinates under its torque.
+
+With :math:`D(w) = K + i w (C + G) - w^2 M`, one elimination per harmonic gives the response to a
+unit torque on the joint and to the forcing. Real and imaginary parts are kept apart, in rows as
+long as whole vector registers, so that the inner loops compile to vector instructions; slices tell
+the compiler that no index wraps around.
 
 Depends on: _kernels.
 """
@@ -14,17 +19,29 @@ from beltsim.harmonic_balance._kernels import compiled
 
 
 @compiled
-def responses(M, B, K, rate, joint, load, limit):
-    r"""Solutions of :math:`(K + i w B - w^2 M) y = e_t` and `= load`, one elimination per rate w.
+def excited(cos, sin):
+    """Harmonics (of 0, 1, ...) with a load, ascending."""
+    found, count = np.empty(len(cos), np.int64), 0
+    for k in range(len(cos)):
+        for i in range(cos.shape[1]):
+            if cos[k, i] != 0.0 or sin[k, i] != 0.0:
+                found[count] = k
+                count += 1
+                break
+    return found[:count].copy()
 
-    Real and imaginary parts are kept apart, so that the inner loops run over plain rows.
+
+@compiled
+def condensed(M, C, G, K, joint, Omega, orders, cos, sin, limit):
+    r"""Solutions of :math:`D(r\Omega) y = e_t` and `= load`, and what the joint sees of them.
 
     Parameters
     ----------
-    M, B, K : (n, n), B = C + G
-    rate : (nS,)
+    M, C, G, K : (n, n)
     joint : int
-    load : (nS, n) complex
+    Omega : float
+    orders : (nS,) int
+    cos, sin : (H + 1, n) the load.
     limit : float
         Answers above load over stiffness by more than this, in coordinates of unit mass, are not
         sound.
@@ -32,55 +49,151 @@ def responses(M, B, K, rate, joint, load, limit):
     Returns
     -------
     unit, free : (nS, n) complex
+    mobility, velocity, reaction : (nS,) complex, as `seen` finds them.
     faulty : int
-        First rate whose answers are not sound, or -1.
+        First harmonic (its place in `orders`) whose answers are not sound, or -1.
     """
-    n, count = len(M), len(rate)
+    n, count = len(M), len(orders)
     unit, free = np.zeros((count, n), np.complex128), np.zeros((count, n), np.complex128)
-    re, im = np.empty((n, n + 2)), np.empty((n, n + 2))
-    root = np.sqrt(np.diag(M))
+    width = (n + 5) // 4 * 4
+    re, im, highest = np.zeros((n, width)), np.zeros((n, width)), np.empty(n)
+    B, root, faulty = C + G, np.sqrt(np.diag(M)), -1
     for r in range(count):
-        w, square = rate[r], rate[r] * rate[r]
-        stiffness, size = 0.0, 0.0
+        w = orders[r] * Omega
+        square, load = w * w, 0.0
+        highest[:] = 0.0
         for i in range(n):
+            a, b, m, d, k = re[i], im[i], M[i], B[i], K[i]
+            scale = 1.0 / root[i]
             for j in range(n):
-                re[i, j] = K[i, j] - square * M[i, j]
-                im[i, j] = w * B[i, j]
-                entry = (abs(re[i, j]) + abs(im[i, j])) / (root[i] * root[j])
-                stiffness = max(stiffness, entry)
-            re[i, n], im[i, n] = 0.0, 0.0
-            re[i, n + 1], im[i, n + 1] = load[r, i].real, load[r, i].imag
-            size = max(size, abs(load[r, i]) / root[i])
+                a[j] = k[j] - square * m[j]
+                b[j] = w * d[j]
+                highest[j] = max(highest[j], (abs(a[j]) + abs(b[j])) * scale)
+            a[n], b[n], a[n + 1], b[n + 1] = 0.0, 0.0, 0.0, 0.0
+            if orders[r] < len(cos):
+                a[n + 1], b[n + 1] = cos[orders[r], i], -sin[orders[r], i]
+                load = max(load, (abs(a[n + 1]) + abs(b[n + 1])) * scale)
         re[joint, n] = 1.0
-        for k in range(n):
-            p, largest = k, abs(re[k, k]) + abs(im[k, k])
-            for i in range(k + 1, n):
-                if abs(re[i, k]) + abs(im[i, k]) > largest:
-                    p, largest = i, abs(re[i, k]) + abs(im[i, k])
-            if not largest > 0.0:
-                return unit, free, r
-            if p != k:
-                for j in range(k, n + 2):
-                    re[k, j], re[p, j] = re[p, j], re[k, j]
-                    im[k, j], im[p, j] = im[p, j], im[k, j]
-            square = re[k, k] * re[k, k] + im[k, k] * im[k, k]
-            a, b = re[k, k] / square, -im[k, k] / square
-            for i in range(k + 1, n):
-                c = re[i, k] * a - im[i, k] * b
-                d = re[i, k] * b + im[i, k] * a
-                for j in range(k + 1, n + 2):
-                    re[i, j] -= c * re[k, j] - d * im[k, j]
-                    im[i, j] -= c * im[k, j] + d * re[k, j]
-        for column in range(2):
-            found = unit[r] if column == 0 else free[r]
-            answer = 0.0
-            for i in range(n - 1, -1, -1):
-                total = complex(re[i, n + column], im[i, n + column])
-                for j in range(i + 1, n):
-                    total -= complex(re[i, j], im[i, j]) * found[j]
-                found[i] = total / complex(re[i, i], im[i, i])
-                answer = max(answer, abs(found[i]) * root[i])
-            given = 1.0 / root[joint] if column == 0 else size
-            if given > 0.0 and not answer * stiffness <= limit * given:
-                return unit, free, r
-    return unit, free, -1
+        regular = eliminated(re, im, n)
+        stiffness = np.max(highest / root)
+        sound_unit = substituted(re, im, n, root, limit / root[joint] / stiffness, unit[r])
+        sound_free = substituted(re, im, n + 1, root, limit * load / stiffness, free[r])
+        if not (regular and sound_unit and (sound_free or load == 0.0)):
+            faulty = r
+            break
+    mobility, velocity, reaction = seen(unit, free, joint, Omega, orders)
+    return unit, free, mobility, velocity, reaction, faulty
+
+
+@compiled
+def eliminated(re, im, n):
+    """Whether the n columns before the right sides could be brought to upper triangular form.
+
+    Pivots are replaced by their inverses. Whole registers are worked on, so that entries left of
+    the diagonal hold nothing of use afterwards.
+    """
+    for k in range(n):
+        p, largest = k, 0.0
+        for i in range(k, n):
+            here = abs(re[i, k]) + abs(im[i, k])
+            if here > largest:
+                p, largest = i, here
+        if not largest > 0.0:
+            return False
+        if p != k:
+            a, b, x, y = re[k], im[k], re[p], im[p]
+            for j in range(len(a)):
+                a[j], x[j] = x[j], a[j]
+                b[j], y[j] = y[j], b[j]
+        square = re[k, k] * re[k, k] + im[k, k] * im[k, k]
+        e, f = re[k, k] / square, -im[k, k] / square
+        start = (k + 1) // 4 * 4
+        a, b = re[k, start:], im[k, start:]
+        for i in range(k + 1, n):
+            c = re[i, k] * e - im[i, k] * f
+            d = re[i, k] * f + im[i, k] * e
+            x, y = re[i, start:], im[i, start:]
+            for j in range(len(x)):
+                x[j] -= c * a[j] - d * b[j]
+                y[j] -= c * b[j] + d * a[j]
+        re[k, k], im[k, k] = e, f
+    return True
+
+
+@compiled
+def substituted(re, im, column, root, most, found):
+    """Solution `found` (n,) for a right side; whether none is above `most` at unit mass."""
+    sound = True
+    for k in range(len(found) - 1, -1, -1):
+        c = re[k, column] * re[k, k] - im[k, column] * im[k, k]
+        d = re[k, column] * im[k, k] + im[k, column] * re[k, k]
+        found[k] = complex(c, d)
+        sound = sound and (abs(c) + abs(d)) * root[k] <= most
+        for i in range(k):
+            re[i, column] -= re[i, k] * c - im[i, k] * d
+            im[i, column] -= re[i, k] * d + im[i, k] * c
+    return sound
+
+
+@compiled
+def seen(unit, free, joint, Omega, orders):
+    """Mobility, velocity without friction, and torque that holds the joint, each (nS,)."""
+    count = len(orders)
+    mobility, velocity = np.empty(count, np.complex128), np.empty(count, np.complex128)
+    reaction = np.zeros(count, np.complex128)
+    for r in range(count):
+        s = complex(0.0, orders[r] * Omega)
+        mobility[r], velocity[r] = s * unit[r, joint], s * free[r, joint]
+        if free[r, joint] != 0.0:
+            node = unit[r, joint] == 0.0
+            reaction[r] = complex(np.inf, 0.0) if node else free[r, joint] / unit[r, joint]
+    return mobility, velocity, reaction
+
+
+@compiled
+def coordinates(M, C, G, K, joint, Omega, orders, cos, sin, unit, free, torque):
+    """All coordinates under the torque harmonics (nS,), and how well they balance the loads.
+
+    Returns
+    -------
+    q : (nS, n) complex
+    squares : (n,) mean squares over the period, mean position left out.
+    power : float
+        Mean power that the torque takes.
+    residual : float
+        Largest unbalanced load of any harmonic over the largest part, from M, C, G, K alone.
+    """
+    count, n = unit.shape
+    q, rows = np.empty((count, n), np.complex128), np.empty((2 * count, n))
+    squares, power = np.zeros(n), 0.0
+    for r in range(count):
+        for j in range(n):
+            q[r, j] = free[r, j] - unit[r, j] * torque[r]
+            rows[2 * r, j], rows[2 * r + 1, j] = q[r, j].real, q[r, j].imag
+            squares[j] += 0.5 * (q[r, j].real * q[r, j].real + q[r, j].imag * q[r, j].imag)
+        moved = complex(0.0, orders[r] * Omega) * q[r, joint]
+        power += 0.5 * (torque[r].real * moved.real + torque[r].imag * moved.imag)
+    spring, inertia, damping = rows @ K, rows @ M, rows @ (C - G)  # q^T (C - G) = ((C + G) q)^T
+    size, worst = 0.0, 0.0
+    for r in range(count):
+        w = orders[r] * Omega
+        for j in range(n):
+            k = complex(spring[2 * r, j], spring[2 * r + 1, j])
+            m = w * w * complex(inertia[2 * r, j], inertia[2 * r + 1, j])
+            d = w * complex(-damping[2 * r + 1, j], damping[2 * r, j])
+            f = 0j
+            if orders[r] < len(cos):
+                f = complex(cos[orders[r], j], -sin[orders[r], j])
+            left = k - m + d - f
+            if j == joint:
+                left += torque[r]
+            size = max(size, _size(k), _size(m), _size(d), _size(f))
+            gap = _size(left)
+            if not gap <= worst:
+                worst = gap if gap < np.inf else np.inf  # nan counts as unbalanced too
+    return q, squares, power, worst / size if worst > 0.0 else 0.0
+
+
+@compiled
+def _size(z):
+    return abs(z.real) + abs(z.imag)

@@ -372,6 +372,13 @@ def misfit(grid, x, bounds, levels):
     return moving / count, missing / count
 
 
+@compiled
+def relative_gap(grid, x, bounds, levels, still):
+    """1 - int h v / int |v|; below `still`, that takes the place of int |v|."""
+    moving, missing = misfit(grid, x, bounds, levels)
+    return max(0.0, missing / max(moving, still))
+
+
 def warm_up() -> FloatArray:
     """Compile or load every kernel on a problem of one harmonic; its residuals."""
     t = (np.arange(8) + 0.5) * np.pi / 8

@@ -17,7 +17,7 @@ positive definite however small the ripples of v are. Which instants there are i
    problem; its solution is followed from no friction to the friction wanted;
 2. pairs of instants born where v has the wrong sign, and taken out where they meet.
 
-`instants` does all of it. Units and pairs are those of `_kernels`; m = `images`.
+`searched` does all of it. Units and pairs are those of `_kernels`; m = `images`.
 
 Depends on: _kernels.
 """
@@ -26,7 +26,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from beltsim.harmonic_balance._kernels import apply_mobility, compiled, factorise, substitute
+from beltsim.harmonic_balance._kernels import (
+    apply_mobility,
+    compiled,
+    factorise,
+    relative_gap,
+    substitute,
+)
 
 #: Share of the distance between two neighbours that a step must leave.
 LEFT = 0.03
@@ -113,13 +119,14 @@ def path(table, weight, images, mobility, free, most):
         P[j, j] = scale
         a[j] *= -scale
         constant[j] = scale * (given - constant[j]) + held
+        pivot_row = P[j]
         for i in range(N):
             if i == j:
                 continue
-            factor = P[i, j]
-            P[i, j] = 0.0
+            factor, row = P[i, j], P[i]
+            row[j] = 0.0
             for k in range(N):
-                P[i, k] += factor * P[j, k]
+                row[k] += factor * pivot_row[k]
             a[i] += factor * a[j]
             constant[i] += factor * (constant[j] - held)
         basic[j] = not basic[j]
@@ -335,30 +342,81 @@ def polished(edges, count, sign, orders, images, mobility, free, grid, tolerance
 
 
 @compiled
-def instants(table, weight, orders, images, mobility, free, grid, tolerance, most):
-    """Switching instants from a cold start: the path in cells, then `polished`.
+def searched(
+    table, weight, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
+):
+    """Switching instants from a cold start: the path in cells, then `from_cells`.
 
     Parameters
     ----------
     table, weight : (N, m), (N,) equal cells.
     orders : (nS,) harmonics, m = 2 nS.
-    mobility, free : (nS,) complex, (m,)
-    grid : (G, m) values of the harmonics at the middles of G equal steps.
+    images : int
+    mobility, velocity : (nS,) complex
+        Mobility of the joint, and its velocity without friction.
+    Q_m : float
+    grid, judge : (G, m), (J, m)
+        Harmonics at the middles of equal steps, where instants that lack are looked for, and where
+        the result is judged.
     tolerance : float
+        Largest velocity at an instant, relative.
     most : int
-        Most pivots and most Newton steps.
+        Most Newton steps.
+    still : float
+        Share of the motion without friction below which the joint hardly moves.
 
     Returns
     -------
-    edges : (p,) ascending in one period.
-    sign, pairs, worst, steps : as from `polished`.
+    torque, velocity : (nS,) complex
+    mean : float
+        Mean torque.
+    bounds, levels : (p + 1,), (p,)
+        The torque over one period: its level between bounds.
+    gap : float
+        Gap between torque and law on `judge`.
+    worst, steps : as from `polished`.
     """
-    N = len(table)
-    h, _ = path(table, weight, images, mobility, free, 12 * N)
-    edges = np.empty(2 * N + 2)
+    _, A, free = scaled(mobility, velocity, Q_m)
+    h, _ = path(table, weight, images, A, free, 12 * len(table))
+    return from_cells(
+        h, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
+    )
+
+
+@compiled
+def from_cells(h, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still):
+    """`searched`, from the torque `h` (N,) in equal cells."""
+    size, A, free = scaled(mobility, velocity, Q_m)
+    edges = np.empty(2 * len(h) + 2)
     count, sign = of_cells(h, images, edges)
-    found = polished(edges, count, sign, orders, images, mobility, free, grid, tolerance, most)
-    return edges[: found[0]].copy(), found[1], found[2], found[3], found[4]
+    count, sign, pairs, worst, steps = polished(
+        edges, count, sign, orders, images, A, free, grid, tolerance, most
+    )
+    torque, moving = np.empty(len(orders), np.complex128), np.empty(len(orders), np.complex128)
+    for k in range(len(orders)):
+        torque[k] = Q_m * complex(pairs[2 * k], -pairs[2 * k + 1])
+        moving[k] = velocity[k] - mobility[k] * torque[k]
+        free[2 * k], free[2 * k + 1] = moving[k].real, -moving[k].imag
+    bounds, levels = np.empty(count + 2), np.empty(count + 1)
+    bounds[0], bounds[1 : count + 1], bounds[count + 1] = 0.0, edges[:count], 2.0 * np.pi / images
+    levels[0::2], levels[1::2] = sign, -sign
+    gap = relative_gap(judge, free, bounds, levels, still * size)
+    if images == 2:
+        bounds = np.concatenate((bounds, bounds[1:] + np.pi))
+        levels = np.concatenate((levels, -levels))
+        mean = 0.0
+    else:
+        mean = Q_m * np.sum((bounds[1:] - bounds[:-1]) * levels) / (2.0 * np.pi)
+    return torque, moving, mean, bounds, Q_m * levels, gap, worst, steps
+
+
+@compiled
+def scaled(mobility, velocity, Q_m):
+    """Rms of the velocity without friction; mobility and pairs of that velocity in its units."""
+    size = np.sqrt(0.5 * np.sum(velocity.real**2 + velocity.imag**2))
+    free = np.empty(2 * len(velocity))
+    free[0::2], free[1::2] = velocity.real / size, -velocity.imag / size
+    return size, mobility * (Q_m / size), free
 
 
 @compiled

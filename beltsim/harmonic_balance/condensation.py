@@ -19,9 +19,10 @@ Depends on: _impedances, errors, checks, problem.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
-from typing import cast
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +40,34 @@ RESONANCE_LIMIT = 1e13
 LARGE = 40
 
 
+class System(NamedTuple):
+    """What the kernels are told of a problem."""
+
+    M: FloatArray
+    C: FloatArray
+    G: FloatArray
+    K: FloatArray
+    joint: int
+    Omega: float
+    orders: NDArray[np.int64]
+    cos: FloatArray
+    sin: FloatArray
+
+
+class Coordinates(NamedTuple):
+    """All coordinates under a torque on the joint, the mean left out.
+
+    `series` (nS, n) complex harmonics; `squares` (n,) their mean squares over the period; `power`
+    that the torque takes, on average; `residual`: largest unbalanced load of any harmonic,
+    relative, from M, C, G, K alone.
+    """
+
+    series: ComplexArray
+    squares: FloatArray
+    power: float
+    residual: float
+
+
 @dataclass(frozen=True, eq=False)
 class Condensed:
     """The joint's view of a linear system, for a set of harmonics.
@@ -49,8 +78,8 @@ class Condensed:
         Fundamental of the forcing.
     R : int
         Highest harmonic.
-    orders : (nS,) int
-        Harmonics that can be present, ascending, without 0.
+    orders, turns : (nS,) int
+        Harmonics that can be present, ascending, without 0; and per repetition: orders/divisor.
     divisor : int
         All orders are multiples of it: the response repeats `divisor` times per forcing period.
     half_wave : bool
@@ -61,6 +90,7 @@ class Condensed:
         `A_r`, and the joint's velocity without friction.
     reaction : (nS,) complex
         `F_r`, the torque that holds the joint. Infinite where the joint is a node of the response.
+    system : System
     problem : FrictionProblem
         What was condensed.
     """
@@ -68,6 +98,7 @@ class Condensed:
     Omega: float
     R: int
     orders: NDArray[np.int64]
+    turns: NDArray[np.int64]
     divisor: int
     half_wave: bool
     unit: ComplexArray
@@ -75,17 +106,13 @@ class Condensed:
     mobility: ComplexArray
     velocity: ComplexArray
     reaction: ComplexArray
+    system: System
     problem: FrictionProblem
 
     @property
     def images(self) -> int:
         """2 when half a repetition tells all, else 1."""
         return 2 if self.half_wave else 1
-
-    @cached_property
-    def turns(self) -> NDArray[np.int64]:
-        """`orders` per repetition: orders/divisor."""
-        return self.orders // self.divisor
 
     @cached_property
     def mean_unit(self) -> FloatArray | None:
@@ -103,14 +130,15 @@ class Condensed:
         """`Z_r` (nS,) of the joint."""
         return np.asarray(1.0 / self.unit[:, joint])
 
-    def coordinates(self, torque: ComplexArray, mean_torque: float) -> ComplexArray:
-        """Rows (R + 1, n) of all coordinates under the torque harmonics (nS,) and its mean."""
-        found = np.zeros((self.R + 1, self.unit.shape[1]), dtype=complex)
-        found[self.orders] = self.free - self.unit * torque[:, None]
-        found[0] = self.mean_free
+    def coordinates(self, torque: ComplexArray) -> Coordinates:
+        """What all coordinates do under the torque harmonics (nS,)."""
+        return Coordinates(*_impedances.coordinates(*self.system, self.unit, self.free, torque))
+
+    def mean_position(self, mean_torque: float) -> FloatArray:
+        """Mean of all coordinates (n,) under the mean of the torque."""
         if mean_torque and self.mean_unit is not None:
-            found[0] -= self.mean_unit * mean_torque
-        return found
+            return self.mean_free - self.mean_unit * mean_torque
+        return self.mean_free
 
 
 def condense(problem: FrictionProblem, R: int, harmonics: str = "auto") -> Condensed:
@@ -155,91 +183,79 @@ def _condense(problem: FrictionProblem, R: int, harmonics: str) -> Condensed:
     if problem.joint is None:
         allowed = "an index: without a joint use beltsim.linear.response"
         raise InvalidProblemError(Mistake("joint", None, allowed))
-    joint, Omega = problem.joint, problem.forcing.Omega
-    force = problem.forcing.coefficients
-    active = np.flatnonzero(np.any(force[1:] != 0.0, axis=1)) + 1
-    orders, divisor, half_wave = _orders(active, R, harmonics)
-    load = np.zeros((len(orders), problem.n), dtype=complex)
-    load[np.searchsorted(orders, active)] = force[active]
-    rate = np.asarray(orders * Omega, dtype=np.float64)
-    unit, free = _responses(problem, rate, load, orders)
-    answer, at_joint = unit[:, joint], free[:, joint]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        reaction = at_joint / answer
-    reaction[at_joint == 0.0] = 0.0
-    if force[0].any():
+    M, C, G, K, forcing = problem.M, problem.C, problem.G, problem.K, problem.forcing
+    active = tuple(_impedances.excited(forcing.cos, forcing.sin).tolist())
+    orders, turns, divisor, half_wave = _orders(active, R, harmonics)
+    system = System(M, C, G, K, problem.joint, forcing.Omega, orders, forcing.cos, forcing.sin)
+    solver = _by_lapack if problem.n >= LARGE else _by_kernel
+    unit, free, mobility, velocity, reaction, faulty = solver(system)
+    if faulty >= 0:
+        allowed = (
+            "away from a natural frequency, or damped: nothing limits the response there "
+            "(k Omega is the frequency)"
+        )
+        frequency = float(orders[faulty] * forcing.Omega)
+        raise InvalidProblemError(Mistake(f"harmonic {orders[faulty]}", frequency, allowed))
+    if active[:1] == (0,):
         _static(problem)  # refuses a mean load on a singular K
     return Condensed(
-        Omega=Omega,
+        Omega=forcing.Omega,
         R=R,
         orders=orders,
+        turns=turns,
         divisor=divisor,
         half_wave=half_wave,
         unit=unit,
         free=free,
-        mobility=1j * rate * answer,
-        velocity=1j * rate * at_joint,
+        mobility=mobility,
+        velocity=velocity,
         reaction=reaction,
+        system=system,
         problem=problem,
     )
 
 
+@lru_cache(maxsize=64)
 def _orders(
-    active: NDArray[np.intp], R: int, harmonics: str
-) -> tuple[NDArray[np.int64], int, bool]:
-    """Harmonics that the response can have, their common divisor, and half-wave symmetry.
+    active: tuple[int, ...], R: int, harmonics: str
+) -> tuple[NDArray[np.int64], NDArray[np.int64], int, bool]:
+    """Harmonics that the response can have, also per repetition, their divisor, and symmetry.
 
-    The velocity of a Coulomb joint is unique, so it has every symmetry of the forcing: it repeats
-    with the forcing's own period and, when only odd multiples of that are present, changes sign
-    after half of it.
+    `active` are the harmonics of the forcing. The velocity of a Coulomb joint is unique, so it has
+    every symmetry of the forcing: it repeats with the forcing's own period and, when only odd
+    multiples of that are present, changes sign after half of it.
     """
-    if len(active) and active[-1] > R:
-        allowed = f"at least {active[-1]}, the highest harmonic of the forcing"
+    moving = [k for k in active if k]
+    if moving and moving[-1] > R:
+        allowed = f"at least {moving[-1]}, the highest harmonic of the forcing"
         raise InvalidProblemError(Mistake("R", R, allowed))
-    divisor = int(np.gcd.reduce(active)) if len(active) and harmonics == "auto" else 1
-    odd = bool(np.all((active // divisor) % 2 == 1))
+    divisor = math.gcd(*moving) if moving and harmonics == "auto" else 1
+    odd = all((k // divisor) % 2 == 1 for k in moving)
     if harmonics == "odd" and not odd:
         allowed = '"auto" or "all": the forcing has even harmonics'
         raise InvalidProblemError(Mistake("settings.harmonics", "odd", allowed))
     half_wave = odd and harmonics != "all"
-    orders = divisor * np.arange(1, R // divisor + 1, 2 if half_wave else 1)
-    return orders.astype(np.int64), divisor, half_wave
+    turns = np.arange(1, R // divisor + 1, 2 if half_wave else 1, dtype=np.int64)
+    orders = divisor * turns
+    turns.flags.writeable = orders.flags.writeable = False
+    return orders, turns, divisor, half_wave
 
 
-def _responses(
-    problem: FrictionProblem, rate: FloatArray, load: ComplexArray, orders: NDArray[np.int64]
-) -> tuple[ComplexArray, ComplexArray]:
-    """Responses to a unit torque and to the load, one row per harmonic.
-
-    Refuses an undamped resonance that forcing or friction feed.
-    """
-    method = _by_lapack if problem.n >= LARGE else _impedances.responses
-    joint, B = cast("int", problem.joint), problem.C + problem.G
-    unit, free, faulty = method(problem.M, B, problem.K, rate, joint, load, RESONANCE_LIMIT)
-    if faulty < 0:
-        return unit, free
-    allowed = (
-        "away from a natural frequency, or damped: nothing limits the response there "
-        "(k Omega is the frequency)"
-    )
-    raise InvalidProblemError(Mistake(f"harmonic {orders[faulty]}", float(rate[faulty]), allowed))
+def _by_kernel(system: System) -> tuple[Any, ...]:
+    return cast("tuple[Any, ...]", _impedances.condensed(*system, RESONANCE_LIMIT))
 
 
-def _by_lapack(
-    M: FloatArray,
-    B: FloatArray,
-    K: FloatArray,
-    rate: FloatArray,
-    joint: int,
-    load: ComplexArray,
-    limit: float,
-) -> tuple[ComplexArray, ComplexArray, int]:
-    """`_impedances.responses` for large matrices."""
-    D = np.empty((len(rate), *M.shape), dtype=complex)
+def _by_lapack(system: System) -> tuple[Any, ...]:
+    """`_by_kernel` for large matrices."""
+    M, C, G, K, joint, Omega, orders, cos, sin = system
+    rate = orders * Omega
+    D = np.empty((len(orders), *M.shape), dtype=complex)
     D.real = K - np.multiply.outer(rate**2, M)
-    D.imag = np.multiply.outer(rate, B)
-    columns = np.zeros((len(rate), len(M), 2), dtype=complex)
-    columns[:, joint, 0], columns[:, :, 1] = 1.0, load
+    D.imag = np.multiply.outer(rate, C + G)
+    columns = np.zeros((len(orders), len(M), 2), dtype=complex)
+    columns[:, joint, 0] = 1.0
+    loaded = orders < len(cos)
+    columns[loaded, :, 1] = cos[orders[loaded]] - 1j * sin[orders[loaded]]
     try:
         found = np.asarray(np.linalg.solve(D, columns), dtype=np.complex128)
     except np.linalg.LinAlgError:
@@ -255,9 +271,11 @@ def _by_lapack(
         answer = np.abs(found * root[:, None]).max(axis=1)
         given = np.abs(columns / root[:, None]).max(axis=1)
         stiffness = np.abs(D / root[:, None] / root).max(axis=(1, 2))
-        sound = (answer * stiffness[:, None] <= limit * given) | (given == 0.0)
+        sound = (answer * stiffness[:, None] <= RESONANCE_LIMIT * given) | (given == 0.0)
     faulty = np.flatnonzero(~sound.all(axis=1))
-    return found[:, :, 0], found[:, :, 1], int(faulty[0]) if len(faulty) else -1
+    unit, free = np.ascontiguousarray(found[:, :, 0]), np.ascontiguousarray(found[:, :, 1])
+    joints = _impedances.seen(unit, free, joint, Omega, orders)
+    return unit, free, *joints, int(faulty[0]) if len(faulty) else -1
 
 
 def _static(problem: FrictionProblem) -> tuple[FloatArray | None, FloatArray]:

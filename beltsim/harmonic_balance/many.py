@@ -80,7 +80,7 @@ def side_by_side(
     count = _cores() if workers is None else workers
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
         raise InvalidProblemError(Mistake("workers", workers, "None or an integer >= 1"))
-    if count == 1:
+    if min(count, len(problems)) <= 1:
         return [function(problem) for problem in problems]
     size = max(1, len(problems) // (4 * count))
     chunks = [problems[i : i + size] for i in range(0, len(problems), size)]

@@ -14,7 +14,7 @@ from beltsim.checks import FloatArray
 from beltsim.errors import InvalidProblemError, Mistake
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import events as phases
-from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
+from beltsim.harmonic_balance.condensation import ComplexArray, Condensed, Coordinates
 from beltsim.harmonic_balance.phases import SIGNS, Found, Located
 from beltsim.harmonic_balance.set_valued import Solved, reaction_range
 from beltsim.harmonic_balance.settings import Settings
@@ -31,6 +31,7 @@ def build(
     problem: FrictionProblem,
     condensed: Condensed,
     solved: Solved,
+    coordinates: Coordinates,
     settings: Settings,
     statistics: dict[str, Any],
     warnings: tuple[str, ...] = (),
@@ -40,7 +41,11 @@ def build(
     if law is None:
         raise InvalidProblemError(Mistake("friction", None, "a law"))
     Omega, period = condensed.Omega, problem.period
-    rows = coordinates_of(problem, condensed, solved)
+    rows: ComplexArray = np.zeros((condensed.R + 1, problem.n), dtype=np.complex128)
+    rows[condensed.orders] = coordinates.series
+    rows[0] = mean_position(problem, condensed, solved)
+    if solved.locked:  # the joint rests exactly
+        rows[1:, joint] = 0.0
     torque = np.zeros(condensed.R + 1, dtype=complex)
     torque[condensed.orders], torque[0] = solved.torque, solved.mean_torque
     rates = 1j * Omega * np.arange(len(rows))[:, None] * rows
@@ -54,7 +59,7 @@ def build(
     work, viscous, loss = _energies(problem, rates, torque)
     window = Window(0.0, period, start, start, work, viscous, loss)
     judged = figures(problem, events, found.initial_mode, window)
-    statistics = {**statistics, "balance_residual": balance_residual(problem, condensed, solved)}
+    statistics = {**statistics, "balance_residual": coordinates.residual}
     peak = float(np.abs(q_dot[:, joint]).max(initial=0.0))
     return Response(
         problem=problem,
@@ -83,16 +88,13 @@ def build(
     )
 
 
-def coordinates_of(problem: FrictionProblem, condensed: Condensed, solved: Solved) -> ComplexArray:
-    """Rows (R + 1, n) of all coordinates, row 0 the mean; a locked joint rests exactly."""
+def mean_position(problem: FrictionProblem, condensed: Condensed, solved: Solved) -> FloatArray:
+    """Mean of all coordinates (n,); refuses a mean torque that nothing holds."""
     mean, Q_m = solved.mean_torque, cast("Coulomb", problem.friction).Q_m
     if abs(mean) > MEAN_SHARE * Q_m and condensed.mean_unit is None:
         allowed = "regular, or the forcing half-wave symmetric: friction has a mean torque here"
         raise InvalidProblemError(Mistake("K", "singular", allowed))
-    rows = condensed.coordinates(solved.torque, mean)
-    if solved.locked:
-        rows[1:, problem.joint] = 0.0
-    return rows
+    return condensed.mean_position(mean)
 
 
 @lru_cache(maxsize=8)
@@ -190,22 +192,6 @@ def _energies(
     viscous = half * float(np.sum(np.conj(rates) * (rates @ problem.C)).real)
     loss = half * float(np.sum(torque * np.conj(rates[:, problem.joint])).real)
     return work, viscous, loss
-
-
-def balance_residual(problem: FrictionProblem, condensed: Condensed, solved: Solved) -> float:
-    """Largest unbalanced load of any harmonic, from M, C, G, K alone, relative."""
-    q = condensed.free - condensed.unit * solved.torque[:, None]
-    rate = condensed.orders[:, None] * problem.forcing.Omega
-    spring, inertia = q @ problem.K, (rate * rate) * (q @ problem.M)
-    damping = 1j * rate * (q @ (problem.C - problem.G))  # the rows' C + G: G is skew
-    force = np.zeros_like(q)
-    given = problem.forcing.coefficients
-    present = np.flatnonzero(condensed.orders < len(given))
-    force[present] = given[condensed.orders[present]]
-    left = spring - inertia + damping - force
-    left[:, problem.joint] += solved.torque
-    size = max(float(np.abs(part).max()) for part in (spring, inertia, damping, force))
-    return float(np.abs(left).max()) / size if size > 0.0 else 0.0
 
 
 def _rest_interval(

@@ -25,9 +25,10 @@ Depends on: _kernels, _switching, cells, condensation, phases, settings.
 
 from __future__ import annotations
 
+import cmath
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,15 +110,21 @@ def critical_bound(condensed: Condensed) -> float:
 
 
 def _critical_bound(condensed: Condensed) -> float:
-    reaction = condensed.reaction
-    if not np.all(np.isfinite(reaction)):
+    present = _reaction(condensed)
+    if not all(map(cmath.isfinite, present.values())):
         return np.inf
-    present = np.flatnonzero(reaction)
     highest = int(condensed.turns[-1])
     if len(present) == 1:  # a shift in time and a factor tell all single harmonics from each other
-        k = int(present[0])
-        return float(abs(reaction[k])) * _single_bound(highest, condensed.half_wave, k)
-    return _least_bound(highest, condensed.half_wave, _pairs(reaction)) if len(present) else 0.0
+        ((k, only),) = present.items()
+        return abs(only) * _single_bound(highest, condensed.half_wave, k)
+    if not present:
+        return 0.0
+    return _least_bound(highest, condensed.half_wave, _pairs(condensed.reaction))
+
+
+def _reaction(condensed: Condensed) -> dict[int, complex]:
+    """Harmonics of the locked reaction that are not zero, under their places in `orders`."""
+    return {k: value for k, value in enumerate(condensed.reaction.tolist()) if value}
 
 
 @lru_cache(maxsize=256)
@@ -177,64 +184,38 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
         return Solved(zero, condensed.velocity, 0.0, *_empty(), False, 0.0, 0)
     if Q_m >= critical_bound(condensed):
         return locked(condensed)
-    size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
     if not settings.samples_torque(saturated=False):
         for cells_per_unknown in SEARCH_CELLS:
-            found = _searched(condensed, Q_m, size, cells_per_unknown)
+            found = _searched(condensed, Q_m, cells_per_unknown)
             if found.gap <= settings.tolerance:
                 return found
-    return _in_cells(condensed, Q_m, size, settings)
+    return _in_cells(condensed, Q_m, settings)
 
 
-def _searched(condensed: Condensed, Q_m: float, size: float, cells_per_unknown: int) -> Solved:
+def _searched(condensed: Condensed, Q_m: float, cells_per_unknown: int) -> Solved:
     """Switching instants from a cold start; the gap tells whether they are right."""
-    orders, images = condensed.turns, condensed.images
-    count = cells_per_unknown * 2 * len(orders) * images + (2 - images)
-    cells = uniform(int(orders[-1]), condensed.half_wave, count)
-    edges, sign, pairs, worst, steps = _switching.instants(
-        cells.table,
-        cells.weight,
-        orders,
-        images,
-        condensed.mobility * (Q_m / size),
-        _pairs(condensed.velocity / size),
-        _grid(condensed, SEARCH_GRID),
-        LOCATED,
-        LOCATING,
-    )
-    return _of_instants(condensed, Q_m, size, edges, sign, pairs, worst, steps)
+    images = condensed.images
+    count = cells_per_unknown * 2 * len(condensed.turns) * images + (2 - images)
+    cells = uniform(int(condensed.turns[-1]), condensed.half_wave, count)
+    return _of_instants(_switching.searched(cells.table, cells.weight, *_search(condensed, Q_m)))
 
 
-def _of_instants(
-    condensed: Condensed,
-    Q_m: float,
-    size: float,
-    edges: FloatArray,
-    sign: float,
-    pairs: FloatArray,
-    worst: float,
-    steps: int,
-) -> Solved:
-    torque = _series(pairs) * Q_m
-    velocity = condensed.velocity - condensed.mobility * torque
-    images, count = condensed.images, len(edges)
-    bounds, levels = np.empty(count + 2), np.empty(count + 1)
-    bounds[0], bounds[1:-1], bounds[-1] = 0.0, edges, 2.0 * np.pi / images
-    levels[0::2], levels[1::2] = sign, -sign
-    mean = Q_m * float(np.diff(bounds) @ levels) / (2.0 * np.pi) if images == 1 else 0.0
-    gap = _gap(condensed, bounds, levels, velocity, size)
-    levels *= Q_m
-    if images == 2:
-        bounds = np.concatenate([bounds, bounds[1:] + np.pi])
-        levels = np.concatenate([levels, -levels])
+def _search(condensed: Condensed, Q_m: float) -> tuple[object, ...]:
+    """What both ways to the instants are told."""
+    images, grid = condensed.images, _grid(condensed, SEARCH_GRID)
+    joint = condensed.turns, images, condensed.mobility, condensed.velocity, Q_m
+    return *joint, grid, _grid(condensed, JUDGE * images), LOCATED, LOCATING, STILL
+
+
+def _of_instants(found: tuple[Any, ...]) -> Solved:
+    torque, velocity, mean, bounds, levels, gap, worst, steps = found
     exact = steps < LOCATING
     return Solved(torque, velocity, mean, bounds, levels, False, gap, steps, (worst,), exact)
 
 
-def _in_cells(condensed: Condensed, Q_m: float, size: float, settings: Settings) -> Solved:
+def _in_cells(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     """The interior-point method, cells cut until edges are located; its edges polished."""
-    free = _pairs(condensed.velocity / size)
-    mobility = np.ascontiguousarray(condensed.mobility * (Q_m / size))
+    size, mobility, free = _switching.scaled(condensed.mobility, condensed.velocity, Q_m)
     cells = _first_cells(condensed, settings)
     history: list[float] = []
     best: Solved | None = None
@@ -251,7 +232,7 @@ def _in_cells(condensed: Condensed, Q_m: float, size: float, settings: Settings)
             break  # cells finer than rounding can tell apart
         if cells.sampled or found.gap <= settings.tolerance:
             break
-        edged = _edged(condensed, h, Q_m, size)
+        edged = _edged(condensed, h, Q_m)
         if edged.gap < found.gap and (best is None or edged.gap < best.gap):
             best, worst = edged, edged.residuals[0]
             if best.gap <= settings.tolerance:
@@ -271,24 +252,10 @@ def _in_cells(condensed: Condensed, Q_m: float, size: float, settings: Settings)
     return replace(best, residuals=tuple(history), iterations=len(history))
 
 
-def _edged(condensed: Condensed, h: FloatArray, Q_m: float, size: float) -> Solved:
+def _edged(condensed: Condensed, h: FloatArray, Q_m: float) -> Solved:
     """Switching instants, started from the torque in cells."""
     rounded = np.where(np.abs(h) > 1.0 - EDGE, np.sign(h), h)
-    edges = np.empty(4 * len(h) + 2)
-    count, sign = _switching.of_cells(rounded, condensed.images, edges)
-    count, sign, pairs, worst, steps = _switching.polished(
-        edges,
-        count,
-        sign,
-        condensed.turns,
-        condensed.images,
-        condensed.mobility * (Q_m / size),
-        _pairs(condensed.velocity / size),
-        _grid(condensed, SEARCH_GRID),
-        LOCATED,
-        LOCATING,
-    )
-    return _of_instants(condensed, Q_m, size, edges[:count], sign, pairs, worst, steps)
+    return _of_instants(_switching.from_cells(rounded, *_search(condensed, Q_m)))
 
 
 def _solved(
@@ -321,12 +288,12 @@ def reaction_range(condensed: Condensed) -> tuple[float, float]:
     """Least and largest value of the locked reaction, its mean left out."""
     key = "_reaction_range"
     if key not in condensed.__dict__:
-        present = np.flatnonzero(condensed.reaction)
-        orders, series = condensed.turns[present], condensed.reaction[present]
+        present = _reaction(condensed)
         if len(present) == 1:
-            high = float(abs(series[0]))
+            high = abs(*present.values())
             ends = (-high, high)
         else:
+            orders, series = condensed.turns[[*present]], np.array([*present.values()], complex)
             ends = (-_largest(orders, -series), _largest(orders, series))
         object.__setattr__(condensed, key, ends)
     return cast("tuple[float, float]", condensed.__dict__[key])
@@ -377,10 +344,9 @@ def _grid(condensed: Condensed, points: int) -> FloatArray:
 def _gap(
     condensed: Condensed, bounds: FloatArray, h: FloatArray, velocity: ComplexArray, size: float
 ) -> float:
-    """1 - int h v / int |v| on a grid that knows nothing of the torque's integrals.
+    """The gap on a grid that knows nothing of the torque's integrals.
 
     Where hardly anything moves, the motion without friction takes the place of int |v|.
     """
     grid = _grid(condensed, JUDGE * condensed.images)
-    moving, missing = _kernels.misfit(grid, _pairs(velocity), bounds, h)
-    return float(max(0.0, missing / max(moving, STILL * size)))
+    return float(_kernels.relative_gap(grid, _pairs(velocity), bounds, h, STILL * size))

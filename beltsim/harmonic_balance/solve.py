@@ -14,9 +14,9 @@ import numpy as np
 from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import _instants, saturated, set_valued
-from beltsim.harmonic_balance.condensation import Condensed, condense
+from beltsim.harmonic_balance.condensation import Condensed, Coordinates, condense
 from beltsim.harmonic_balance.pattern import Pattern
-from beltsim.harmonic_balance.result import balance_residual, build
+from beltsim.harmonic_balance.result import build
 from beltsim.harmonic_balance.set_valued import Solved
 from beltsim.harmonic_balance.settings import Settings, is_integer
 from beltsim.problem import FrictionProblem
@@ -26,6 +26,7 @@ from beltsim.response import Response
 ESTIMATE_FACTOR = 4.0
 #: Largest unbalanced load of any harmonic, relative, of a result that counts as converged.
 BALANCED = 1e-6
+DEFAULTS = Settings()
 
 
 def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = None) -> Response:
@@ -75,36 +76,38 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     >>> found.events.kind.tolist(), round(found.statistics["Q_cr_R"], 2)
     (['stick', 'slip-', 'stick', 'slip+'], 1.0)
     """
-    settings = settings or Settings()
+    settings = settings or DEFAULTS
     law = problem.friction
-    condensed, solved = solved_series(problem, R, settings)
+    condensed, solved, coordinates = solved_series(problem, R, settings)
     statistics = _statistics(condensed, solved, settings, _method(law, settings))
     if settings.estimate:
         statistics["error_estimate"] = _estimate(problem, condensed, solved, settings)
     warnings = _gap_warnings(solved, settings, law)
     if settings.pattern is None:
         warnings = _lock_warnings(condensed, law) + warnings
-    return build(problem, condensed, solved, settings, statistics, warnings)
+    return build(problem, condensed, solved, coordinates, settings, statistics, warnings)
 
 
-def solved_series(problem: FrictionProblem, R: int, settings: Settings) -> tuple[Condensed, Solved]:
-    """The condensed problem and the joint's harmonics; raises what `solve` raises."""
+def solved_series(
+    problem: FrictionProblem, R: int, settings: Settings
+) -> tuple[Condensed, Solved, Coordinates]:
+    """The condensed problem, the joint's harmonics and all others; raises what `solve` raises."""
     _check(problem, R, settings)
     condensed = condense(problem, int(R), _harmonics(settings))
     try:
         solved = _solved(condensed, problem.friction, settings)
     except ConvergenceError as error:
         raise _with_response(error, problem, condensed, settings) from None
-    residual = balance_residual(problem, condensed, solved)
-    if not residual <= BALANCED:
+    coordinates = condensed.coordinates(solved.torque)
+    if not coordinates.residual <= BALANCED:
         message = (
-            f"the harmonics leave {residual:.2g} of the load unbalanced at Omega = "
+            f"the harmonics leave {coordinates.residual:.2g} of the load unbalanced at Omega = "
             f"{condensed.Omega:.6g}: the linear system is too ill-conditioned there; "
             "try more damping or another frequency"
         )
         unbalanced = ConvergenceError(message, solved, solved.residuals)
         raise _with_response(unbalanced, problem, condensed, settings)
-    return condensed, solved
+    return condensed, solved, coordinates
 
 
 def _method(law: Any, settings: Settings) -> str:
@@ -185,7 +188,8 @@ def _with_response(
         "method": _method(problem.friction, settings),
     }
     statistics["converged"] = False
-    partial = build(problem, condensed, error.partial, settings, statistics)
+    coordinates = condensed.coordinates(error.partial.torque)
+    partial = build(problem, condensed, error.partial, coordinates, settings, statistics)
     return ConvergenceError(str(error), partial, error.residual_history)
 
 

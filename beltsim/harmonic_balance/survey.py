@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,9 +19,9 @@ from beltsim.checks import FloatArray
 from beltsim.errors import BeltsimError, InvalidProblemError, Mistake
 from beltsim.harmonic_balance import set_valued
 from beltsim.harmonic_balance.many import side_by_side
-from beltsim.harmonic_balance.result import coordinates_of
+from beltsim.harmonic_balance.result import mean_position
 from beltsim.harmonic_balance.settings import Settings, require_common
-from beltsim.harmonic_balance.solve import solved_series
+from beltsim.harmonic_balance.solve import DEFAULTS, solved_series
 from beltsim.problem import FrictionProblem, listed_problems
 
 
@@ -60,15 +60,6 @@ class Survey:
 
     def __len__(self) -> int:
         return len(self.gap)
-
-
-class _Row(NamedTuple):
-    rms: FloatArray
-    dissipated_energy: float
-    Q_cr: float
-    Q_cr_R: float
-    gap: float
-    locked: bool
 
 
 def survey(
@@ -111,45 +102,44 @@ def survey(
     ([1.04, 2.71, 0.0], [False, False, True])
     """
     require_common(R, settings)
-    settings = settings or Settings()
     problems = listed_problems(problems)
     sizes = {problem.n for problem in problems}
     if len(sizes) > 1:
         raise InvalidProblemError(Mistake("problems", f"n of {sorted(sizes)}", "all of one n"))
-    rows = side_by_side(lambda problem: _row(problem, R, settings), problems, workers)
-    return _table(rows, sizes.pop() if sizes else 0)
-
-
-def _row(problem: FrictionProblem, R: int, settings: Settings) -> _Row | BeltsimError:
-    try:
-        condensed, solved = solved_series(problem, R, settings)
-        q = coordinates_of(problem, condensed, solved)
-    except BeltsimError as error:
-        return error
-    squares = 0.5 * np.sum(q.real**2 + q.imag**2, axis=0) + 0.5 * q[0].real ** 2
-    power = 0.5 * float(np.sum(solved.torque * np.conj(solved.velocity)).real)
-    low, high = set_valued.reaction_range(condensed)
-    return _Row(
-        np.sqrt(squares),
-        0.0 if solved.locked else power * problem.period,
-        0.5 * (high - low),
-        set_valued.critical_bound(condensed),
-        solved.gap,
-        solved.locked,
+    rows: list[Any] = side_by_side(
+        lambda problem: _row(problem, R, settings or DEFAULTS), problems, workers
     )
+    n, failures = sizes.pop() if sizes else 0, {}
+    for i, row in enumerate(rows):
+        if isinstance(row, BeltsimError):
+            failures[i], rows[i] = row, (np.full(n, np.nan), *[np.nan] * 4, False)
 
+    def column(place: int, kind: type = float) -> NDArray[Any]:
+        return np.array([row[place] for row in rows], dtype=kind)
 
-def _table(rows: list[_Row | BeltsimError], n: int) -> Survey:
-    failures = {i: row for i, row in enumerate(rows) if isinstance(row, BeltsimError)}
-    blank = _Row(np.full(n, np.nan), np.nan, np.nan, np.nan, np.nan, False)
-    kept = [blank if isinstance(row, BeltsimError) else row for row in rows]
     return Survey(
-        rms=np.array([row.rms for row in kept], dtype=float).reshape(len(rows), n),
-        dissipated_energy=np.array([row.dissipated_energy for row in kept], dtype=float),
-        Q_cr=np.array([row.Q_cr for row in kept], dtype=float),
-        Q_cr_R=np.array([row.Q_cr_R for row in kept], dtype=float),
-        gap=np.array([row.gap for row in kept], dtype=float),
-        locked=np.array([row.locked for row in kept], dtype=bool),
+        rms=column(0).reshape(len(rows), n),
+        dissipated_energy=column(1),
+        Q_cr=column(2),
+        Q_cr_R=column(3),
+        gap=column(4),
+        locked=column(5, bool),
         converged=np.array([i not in failures for i in range(len(rows))], dtype=bool),
         failures=MappingProxyType(failures),
     )
+
+
+def _row(problem: FrictionProblem, R: int, settings: Settings) -> tuple[Any, ...] | BeltsimError:
+    """rms, dissipated energy, Q_cr, Q_cr(R), gap, locked; or why there are none."""
+    try:
+        condensed, solved, coordinates = solved_series(problem, R, settings)
+        mean = mean_position(problem, condensed, solved)
+    except BeltsimError as error:
+        return error
+    rms = np.sqrt(coordinates.squares + mean * mean)
+    loss = coordinates.power * problem.period
+    if solved.locked:
+        rms[problem.joint], loss = abs(mean[problem.joint]), 0.0
+    low, high = set_valued.reaction_range(condensed)
+    bound = set_valued.critical_bound(condensed)
+    return rms, loss, 0.5 * (high - low), bound, solved.gap, solved.locked

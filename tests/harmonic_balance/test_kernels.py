@@ -6,14 +6,15 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from support.problems import random_problem
 
-from beltsim.harmonic_balance import _impedances, _kernels, _switching, condense
+from beltsim.harmonic_balance import _kernels, _switching, condense
 from beltsim.harmonic_balance.cells import of_bounds, refined, uniform
-from beltsim.harmonic_balance.condensation import _by_lapack
+from beltsim.harmonic_balance.condensation import System, _by_kernel, _by_lapack
 
 
 @pytest.mark.parametrize("m", [1, 2, 7, 30])
@@ -111,23 +112,60 @@ def test_without_compilation_the_numbers_are_the_same() -> None:
     assert found[0] == pytest.approx(found[1], abs=1e-9)
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_both_eliminations_agree(seed: int) -> None:
-    problem = random_problem(seed, 7)
-    draw = np.random.default_rng(seed)
-    load = draw.standard_normal((5, 7)) + 1j * draw.standard_normal((5, 7))
-    rate = np.array([0.3, 1.1, 2.3, 5.0, 40.0])
-    arguments = (problem.M, problem.C + problem.G, problem.K, rate, 3, load, 1e13)
-    own, lapack = _impedances.responses(*arguments), _by_lapack(*arguments)
-    for one, other in zip(own[:2], lapack[:2], strict=True):
-        assert np.abs(one - other).max() < 1e-12 * np.abs(other).max()
-    assert own[2] == lapack[2] == -1
+@pytest.mark.parametrize("n", [1, 2, 7, 11])
+def test_both_eliminations_agree(n: int) -> None:
+    problem = random_problem(n, n)
+    draw = np.random.default_rng(n)
+    system = System(
+        problem.M,
+        problem.C,
+        problem.G,
+        problem.K,
+        n // 2,
+        0.37,
+        np.array([1, 3, 7, 14, 110]),
+        draw.standard_normal((8, n)),
+        draw.standard_normal((8, n)),
+    )
+    own, lapack = _by_kernel(system), _by_lapack(system)
+    for one, other in zip(own[:5], lapack[:5], strict=True):
+        assert np.abs(one - other).max() <= 1e-12 * np.abs(other).max()
+    assert own[5] == lapack[5] == -1
 
 
 def test_both_eliminations_refuse_a_resonance() -> None:
-    one, zero = np.eye(1), np.zeros((1, 1))
-    arguments = (one, zero, one, np.array([0.5, 1.0]), 0, np.ones((2, 1), complex), 1e13)
-    assert _impedances.responses(*arguments)[2] == _by_lapack(*arguments)[2] == 1
+    one, zero, load = np.eye(1), np.zeros((1, 1)), np.ones((3, 1))
+    system = System(one, zero, zero, one, 0, 0.5, np.array([1, 2]), load, zero.repeat(3, axis=0))
+    assert _by_kernel(system)[5] == _by_lapack(system)[5] == 1
+
+
+@pytest.mark.parametrize("n", [1, 6])
+def test_coordinates_solve_the_equation_of_motion(n: int) -> None:
+    problem = random_problem(n, n, static=False, harmonics=2)
+    condensed = condense(problem, 5)
+    torque = np.arange(1.0, 1.0 + len(condensed.orders)) * (0.3 - 0.2j)
+    found = condensed.coordinates(torque)
+    force, power = problem.forcing.coefficients, 0.0
+    for r, q, h in zip(condensed.orders, found.series, torque, strict=True):
+        w = r * condensed.Omega
+        left = (problem.K + 1j * w * (problem.C + problem.G) - w * w * problem.M) @ q
+        left -= force[r] if r < len(force) else 0.0
+        left[problem.joint] += h
+        assert np.abs(left).max() < 1e-12 * np.abs(problem.K).max() * np.abs(q).max()
+        power += 0.5 * (h * np.conj(1j * w * q[problem.joint])).real
+    assert found.squares == pytest.approx(0.5 * np.sum(np.abs(found.series) ** 2, axis=0))
+    assert found.power == pytest.approx(power)
+    assert found.residual < 1e-12
+
+
+def test_what_does_not_balance_shows() -> None:
+    condensed = condense(random_problem(3, 4, static=False, harmonics=1), 3)
+    unit = condensed.unit.copy()
+    unit[-1, 0] *= 1.0 + 1e-4
+    torque = np.full(len(condensed.orders), 1.0 + 0.0j)
+    assert 1e-8 < replace(condensed, unit=unit).coordinates(torque).residual < 1e-2
+    unit[-1, 0] = np.nan
+    assert replace(condensed, unit=unit).coordinates(torque).residual == np.inf
 
 
 def test_harmonics_of_instants_are_fourier_integrals() -> None:

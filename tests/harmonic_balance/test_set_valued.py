@@ -137,9 +137,8 @@ def test_both_searches_find_the_same(seed: int) -> None:
     problem = random_problem(seed, 4, static=False, share=0.5)
     condensed, fine = condense(problem, 9), Settings(tolerance=1e-8)
     Q_m = problem.friction.Q_m
-    size = float(np.sqrt(0.5 * np.sum(np.abs(condensed.velocity) ** 2)))
     one = set_valued.solve(condensed, Q_m, fine)
-    other = set_valued._in_cells(condensed, Q_m, size, fine)
+    other = set_valued._in_cells(condensed, Q_m, fine)
     assert np.abs(one.velocity - other.velocity).max() < 1e-5 * np.abs(one.velocity).max()
 
 
