@@ -62,7 +62,9 @@ class EventLog:
     margin : (ne,)
         Relative distance to the other outcome, 0 at the border. ``stick``, ``reverse``: how far
         the holding reaction is from Q_s, over max(Q_s, peak reaction). ``slip+``, ``slip-``: rate
-        of the reaction through Q_s, over Omega max(Q_s, peak reaction).
+        of the reaction through Q_s, over Omega max(Q_s, peak reaction). Saturated law: rate of the
+        velocity through the edge of the band, over Omega times its peak (event map: 1). Harmonic
+        balance knows margins as well as instants: to O(1/R) unless a pattern locates them.
     """
 
     t: FloatArray

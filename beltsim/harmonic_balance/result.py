@@ -1,6 +1,7 @@
 """From solved harmonics to a `Response`.
 
-Depends on: problem, friction, response, condensation, events, phases, set_valued, settings.
+Depends on: problem, friction, response, condensation, events, margins, phases, set_valued,
+settings.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from beltsim.errors import InvalidProblemError, Mistake
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import events as phases
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed, Coordinates
+from beltsim.harmonic_balance.margins import margins
 from beltsim.harmonic_balance.phases import SIGNS, Found, Located
 from beltsim.harmonic_balance.set_valued import Solved, reaction_range
 from beltsim.harmonic_balance.settings import Settings
@@ -53,14 +55,14 @@ def build(
     wave = _waves_of_period(settings.samples_per_period, len(rows))
     q, q_dot = (wave @ rows).real, (wave @ rates).real
     found, samples = _phases(problem, condensed, solved, rates[:, joint], torque, wave, t)
-    events = _event_log(problem, found, rows, rates, solved.located)
+    peak = float(np.abs(q_dot[:, joint]).max(initial=0.0))
+    events = _event_log(problem, found, rows, rates, solved.located, peak)
     q[-1], q_dot[-1] = q[0], q_dot[0]
     start = np.concatenate([q[0], q_dot[0]])
     work, viscous, loss = _energies(problem, rates, torque)
     window = Window(0.0, period, start, start, work, viscous, loss)
     judged = figures(problem, events, found.initial_mode, window)
     statistics = {**statistics, "balance_residual": coordinates.residual}
-    peak = float(np.abs(q_dot[:, joint]).max(initial=0.0))
     return Response(
         problem=problem,
         t=t,
@@ -145,6 +147,7 @@ def _event_log(
     rows: ComplexArray,
     rates: ComplexArray,
     located: Located | None,
+    peak: float,
 ) -> EventLog:
     """States from the series; the velocity of a Coulomb joint is zero at its events."""
     if not len(found.angles):
@@ -167,17 +170,17 @@ def _event_log(
             before[i] = after[i] = before[i] + after[i]
     if located is not None:
         before, after = located.before, located.after
-    count = len(found.angles)
+    t, kinds = found.angles / problem.forcing.Omega, np.array(found.kinds)
     return EventLog(
-        t=found.angles / problem.forcing.Omega,
-        kind=np.array(found.kinds),
+        t=t,
+        kind=kinds,
         q=q,
         q_dot=q_dot,
         position=q[:, joint],
         torque_before=before,
         torque_after=after,
-        quality=np.array(["simple"] * count),
-        margin=np.full(count, np.nan),
+        quality=np.array(["simple"] * len(t)),
+        margin=margins(problem, t, q, q_dot, kinds, rates[:, joint], peak),
     )
 
 
