@@ -18,7 +18,7 @@ from beltsim.harmonic_balance import events as phases
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed, Coordinates
 from beltsim.harmonic_balance.margins import margins
 from beltsim.harmonic_balance.phases import SIGNS, Found, Located
-from beltsim.harmonic_balance.set_valued import Solved, reaction_range
+from beltsim.harmonic_balance.set_valued import Solved, critical_torque, reaction_range, sprung
 from beltsim.harmonic_balance.settings import Settings
 from beltsim.problem import FrictionProblem
 from beltsim.response import EventLog, NearGrazing, Response, Window, figures
@@ -201,11 +201,11 @@ def _rest_interval(
     problem: FrictionProblem, condensed: Condensed, solved: Solved, Q_m: float
 ) -> tuple[float, float] | None:
     """Rest positions of a locked joint; None when it moves or the exact law would let it."""
-    if not solved.locked or condensed.mean_unit is None:
+    if not solved.locked or critical_torque(condensed) > Q_m:
         return None
+    if condensed.mean_unit is None:
+        return None if sprung(condensed) else (-np.inf, np.inf)
     low, high = reaction_range(condensed)
-    if 0.5 * (high - low) > Q_m:
-        return None
     free, unit = condensed.mean_free[problem.joint], condensed.mean_unit[problem.joint]
     ends = sorted((float(free - unit * (Q_m - high)), float(free - unit * (-Q_m - low))))
     return ends[0], ends[1]

@@ -51,6 +51,8 @@ PIECES = 6
 STOP, ACCEPTED = 1e-9, 1e-5
 #: Largest gap that counts as converged, whatever smaller one was asked for.
 ACCEPTED_GAP = 5e-3
+#: Relative size below which a static stiffness is the rounding of its terms.
+RIGID = 1e-12
 #: A torque in a cell closer to its bound than this, relative, is at it.
 EDGE = 1e-3
 #: Share of the frictionless motion below which the joint hardly moves.
@@ -114,6 +116,8 @@ def _critical_bound(condensed: Condensed) -> float:
     if not all(map(cmath.isfinite, present.values())):
         return np.inf
     highest = int(condensed.turns[-1])
+    if present and not (condensed.half_wave or sprung(condensed)):
+        return _least_bound_without_mean(highest, _pairs(condensed.reaction))
     if len(present) == 1:  # a shift in time and a factor tell all single harmonics from each other
         ((k, only),) = present.items()
         return abs(only) * _single_bound(highest, condensed.half_wave, k)
@@ -277,11 +281,42 @@ def _solved(
     )
 
 
+def _least_bound_without_mean(highest: int, wanted: FloatArray) -> float:
+    """The same for a torque of zero mean, in cells alone: above it by less than 1e-3."""
+    cells = uniform(highest, False, 4 * CELLS_PER_HARMONIC * (highest + 1))
+    table = np.column_stack([cells.table, np.ones(len(cells.table))])
+    wanted = np.append(wanted, 0.0)
+    return float(_kernels.least_bound(table, cells.weight, wanted, 1e-7, 60)[1])
+
+
+def critical_torque(condensed: Condensed) -> float:
+    """Q_cr: half the peak-to-peak of the locked reaction, whose mean the rest position takes.
+
+    Where no position changes the reaction, friction carries its mean too: the largest modulus.
+    """
+    low, high = reaction_range(condensed)
+    centred = condensed.half_wave or sprung(condensed)
+    return 0.5 * (high - low) if centred else max(-low, high)
+
+
+def sprung(condensed: Condensed) -> bool:
+    """Whether a static displacement of the joint, the others following, changes its reaction."""
+    if condensed.mean_unit is not None:
+        return True
+    problem, joint = condensed.problem, cast("int", condensed.problem.joint)
+    row = problem.K[joint, problem.others]
+    inner = problem.K[np.ix_(problem.others, problem.others)]
+    following = np.linalg.lstsq(inner, row, rcond=RIGID)[0]
+    stiffness, size = problem.K[joint, joint], abs(problem.K[joint, joint])
+    return bool(abs(stiffness - row @ following) > RIGID * (size + np.abs(row) @ np.abs(following)))
+
+
 def locked(condensed: Condensed) -> Solved:
     """The joint at rest, in the middle of its rest interval."""
     torque = condensed.reaction.copy()
     low, high = reaction_range(condensed)
-    return Solved(torque, np.zeros_like(torque), -0.5 * (low + high), *_empty(), True, 0.0, 0)
+    mean = 0.0 if condensed.half_wave or not sprung(condensed) else -0.5 * (low + high)
+    return Solved(torque, np.zeros_like(torque), mean, *_empty(), True, 0.0, 0)
 
 
 def reaction_range(condensed: Condensed) -> tuple[float, float]:

@@ -196,7 +196,6 @@ def _with_response(
 def _statistics(
     condensed: Condensed, solved: Solved, settings: Settings, method: str
 ) -> dict[str, Any]:
-    low, high = set_valued.reaction_range(condensed)
     return {
         "solver": "harmonic_balance",
         "method": method,
@@ -211,15 +210,14 @@ def _statistics(
         "complementarity_gap": solved.gap,
         "converged": True,
         "locked": solved.locked,
-        "Q_cr": 0.5 * (high - low),
+        "Q_cr": set_valued.critical_torque(condensed),
         "Q_cr_R": set_valued.critical_bound(condensed),
     }
 
 
 def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
     """Between Q_cr(R) and Q_cr the truncated problem is locked and the exact one is not."""
-    low, high = set_valued.reaction_range(condensed)
-    Q_cr, Q_cr_R = 0.5 * (high - low), set_valued.critical_bound(condensed)
+    Q_cr, Q_cr_R = set_valued.critical_torque(condensed), set_valued.critical_bound(condensed)
     if not isinstance(law, Coulomb) or not Q_cr_R <= law.Q_m < Q_cr * (1.0 - 1e-9):
         return ()
     return (

@@ -140,6 +140,5 @@ def _row(problem: FrictionProblem, R: int, settings: Settings) -> tuple[Any, ...
     loss = coordinates.power * problem.period
     if solved.locked:
         rms[problem.joint], loss = abs(mean[problem.joint]), 0.0
-    low, high = set_valued.reaction_range(condensed)
-    bound = set_valued.critical_bound(condensed)
-    return rms, loss, 0.5 * (high - low), bound, solved.gap, solved.locked
+    Q_cr, Q_cr_R = set_valued.critical_torque(condensed), set_valued.critical_bound(condensed)
+    return rms, loss, Q_cr, Q_cr_R, solved.gap, solved.locked
