@@ -1,9 +1,16 @@
-"""The C map, and one clear error where it was not built.
+"""The C map with SciPy's LAPACK, and one clear error where it was not built.
 
-Depends on: the extension `beltsim._event_map`.
+Depends on: checks, the extension `beltsim._event_map`.
 """
 
 from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.linalg import cython_lapack as lapack
+
+from beltsim.checks import FloatArray
 
 try:
     from beltsim import _event_map
@@ -14,9 +21,18 @@ except ImportError as error:
     )
     raise ImportError(text) from error
 
+_event_map.use_lapack(*(lapack.__pyx_capi__[name] for name in ("dgeev", "dgesv", "zgesv")))
+
+changes = _event_map.changes
 changes_reals = _event_map.changes_reals
 flow_reals = _event_map.flow_reals
-gram = _event_map.gram
+integrals = _event_map.integrals
+modes = _event_map.modes
 orbit = _event_map.orbit
-prepare = _event_map.prepare
 propagate = _event_map.propagate
+
+
+def pairs(x: Any) -> FloatArray:
+    """Complex array as the reals of the C map: real and imaginary part next to each other."""
+    found: FloatArray = np.ascontiguousarray(x, dtype=complex).view(float)
+    return found

@@ -19,14 +19,13 @@ joint's damping.
 A flow whose eigenvectors are too ill-conditioned, or which has an exponent at a harmonic of the
 forcing or at zero, comes in cells instead (`cells.CellFlow`).
 
-Depends on: cells, linear_part, binding, problem, friction, checks.
+Depends on: cells, linear_part, binding, status, problem, friction, checks.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +34,7 @@ from beltsim.checks import FloatArray
 from beltsim.event_map import binding
 from beltsim.event_map.cells import CellFlow
 from beltsim.event_map.linear_part import ComplexArray, LinearPart
+from beltsim.event_map.status import require_ok
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
@@ -97,18 +97,50 @@ class _Rates:
 class Flow:
     """One linear flow of N reals with m amplitudes; see the module for the symbols.
 
-    `exponents` (m,), `V` (N, m), `W` (m, N), `P` (H + 1, N), `X_c` (N,); `part` is the system that
-    flows. `condition` is the worst of the eigenvalues'.
+    `packed` holds all arrays in the order in which the C map reads them, and its tables.
+    `condition` is the worst of the eigenvalues'.
     """
 
     part: LinearPart
-    exponents: ComplexArray
-    V: ComplexArray
-    W: ComplexArray
-    P: ComplexArray
-    X_c: FloatArray
+    packed: FloatArray
+    m: int
     condition: float
-    rows: list[Any] = field(default_factory=list)  # of `integrals`, made once
+
+    @cached_property
+    def _parts(self) -> tuple[FloatArray, ...]:
+        """The packed arrays, in their order."""
+        N, m, H1 = self.N, self.m, len(self.part.D)
+        sizes = [m, m, m * N, m * N, N * m, N * m, H1 * N, H1 * N, N]
+        return tuple(np.split(self.packed, np.cumsum(sizes)))
+
+    def _complex(self, i: int) -> ComplexArray:
+        found: ComplexArray = self._parts[i] + 1j * self._parts[i + 1]
+        return found
+
+    @cached_property
+    def exponents(self) -> ComplexArray:
+        """One of each conjugate pair (m,)."""
+        return self._complex(0)
+
+    @cached_property
+    def V(self) -> ComplexArray:
+        """Amplitudes to state (N, m)."""
+        return self._complex(2).reshape(self.m, self.N).T
+
+    @cached_property
+    def W(self) -> ComplexArray:
+        """State to amplitudes (m, N)."""
+        return self._complex(4).reshape(self.N, self.m).T
+
+    @cached_property
+    def P(self) -> ComplexArray:
+        """Forced response (H + 1, N)."""
+        return self._complex(6).reshape(len(self.part.D), self.N)
+
+    @cached_property
+    def X_c(self) -> FloatArray:
+        """Response (N,) to a unit constant load."""
+        return self._parts[8]
 
     @property
     def Omega(self) -> float:
@@ -116,28 +148,14 @@ class Flow:
         return self.part.Omega
 
     @cached_property
-    def packed(self) -> FloatArray:
-        """All arrays in the order in which the C map reads them, and its tables."""
-        split = (self.exponents, self.V.T, self.W.T, self.P)
-        parts = [part for array in split for part in (array.real.ravel(), array.imag.ravel())]
-        part = self.part
-        parts += [self.X_c, part.row, part.D.real, part.D.imag, np.array([part.d_c])]
-        sizes = (self.N, self.m, len(self.P) - 1)
-        inputs, reals = binding.flow_reals(*sizes)
-        packed = np.empty(reals)
-        packed[:inputs] = np.concatenate(parts)
-        binding.prepare(*sizes, self.Omega, packed)
-        return packed
-
-    @cached_property
     def sums(self) -> Sums:
         """Integrals of its modes and harmonics."""
-        harmonics = 1j * self.Omega * np.arange(len(self.P))
+        harmonics = 1j * self.Omega * np.arange(len(self.part.D))
         return Sums(np.concatenate([self.exponents, harmonics]), self.Omega)
 
     def turns(self, t: float) -> ComplexArray:
         """exp(i h Omega t) for each harmonic (H + 1,)."""
-        found: ComplexArray = np.exp(1j * self.Omega * t * np.arange(len(self.P)))
+        found: ComplexArray = np.exp(1j * self.Omega * t * np.arange(len(self.part.D)))
         return found
 
     @cached_property
@@ -149,11 +167,6 @@ class Flow:
     def N(self) -> int:
         """Reals in the state."""
         return len(self.part.row)
-
-    @property
-    def m(self) -> int:
-        """Modal amplitudes."""
-        return len(self.exponents)
 
     def forced(self, t: float | FloatArray, c: float) -> FloatArray:
         """The forced part of the state at times `t` (...): array (..., N)."""
@@ -247,80 +260,18 @@ def _flow(
     d_c: float,
 ) -> AnyFlow:
     """The flow of M q'' + D q' + K q = f + load c, in modes where they can be trusted."""
-    n = len(M)
-    inverse = np.linalg.inv(M)
-    A = np.zeros((2 * n, 2 * n))
-    A[:n, n:] = np.eye(n)
-    A[n:, :n] = -inverse @ K
-    A[n:, n:] = -inverse @ D
-    force, rate = np.zeros((len(F), 2 * n), complex), np.zeros(2 * n)
-    force[:, n:], rate[n:] = F @ inverse.T, inverse @ load
-    part = LinearPart(M, D, K, F, load, Omega, A, force, rate, row, direct, d_c)
-    exponents, V = _modes(A)
-    flexibility = _sound_inverse(K)
+    part = LinearPart(M, D, K, F, load, Omega, row, direct, d_c)
+    n, H = len(M), len(F) - 1
+    packed = np.empty(binding.flow_reals(2 * n, 2 * n, H)[1])
+    system = (M, D, K, binding.pairs(F), load, row, binding.pairs(direct), d_c)
+    status, m, *sound = binding.modes(n, H, Omega, *system, packed)
+    require_ok(status)
+    condition, stiffness, near, near_mean = sound
     # Slow modes of a sound K are creep, as in a narrow band, and no resonance with the mean.
-    harmonics = np.arange(0 if flexibility is None else 1, len(F))
-    near = np.abs(exponents[:, None] - 1j * Omega * harmonics).min(initial=np.inf)
-    V[:, exponents.imag > 0.0] *= 2.0
-    W = _inverse_modes(exponents, V)
-    condition = np.inf if W is None else _condition(part, exponents, V, W)
-    if W is None or not condition <= CONDITION_LIMIT or near < RESONANCE_LIMIT * Omega:
-        return CellFlow(part, exponents, condition, _energy(part))
-    w = Omega * np.arange(len(F))
-    Z = K + 1j * w[:, None, None] * D - (w**2)[:, None, None] * M
-    q = np.linalg.solve(Z, F[..., None])[..., 0]
-    rest = np.linalg.solve(K, load) if flexibility is None else flexibility @ load
-    P, X_c = np.concatenate([q, 1j * w[:, None] * q], axis=1), np.concatenate([rest, 0.0 * rest])
-    return Flow(part, exponents, V, W, P, X_c, condition)
-
-
-def _modes(A: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """Exponents and eigenvectors, one of each conjugate pair."""
-    if not len(A):
-        return np.zeros(0, complex), np.zeros((0, 0), complex)
-    exponents, V = np.linalg.eig(A)
-    keep = exponents.imag >= 0.0
-    return exponents[keep].astype(complex), V[:, keep].astype(complex)
-
-
-def _sound_inverse(K: FloatArray) -> FloatArray | None:
-    """Inverse of K, when a constant load has a well defined answer."""
-    try:
-        inverse: FloatArray = np.asarray(np.linalg.inv(K), dtype=float)
-    except np.linalg.LinAlgError:
-        return None
-    condition = np.abs(K).sum(axis=0).max(initial=0.0) * np.abs(inverse).sum(axis=0).max(initial=0)
-    return inverse if condition < SOUND_STIFFNESS else None
-
-
-def _inverse_modes(exponents: ComplexArray, V: ComplexArray) -> ComplexArray | None:
-    """W (m, N) with x = Re V W x, by way of real amplitudes; None when eigenvectors coincide."""
-    pairs = exponents.imag > 0.0
-    if len(V) != len(exponents) + np.count_nonzero(pairs):
-        return None
-    try:
-        into = np.linalg.inv(np.concatenate([V.real, -V.imag[:, pairs]], axis=1))
-    except np.linalg.LinAlgError:
-        return None
-    W = into[: len(exponents)].astype(complex)
-    W.imag[pairs] = into[len(exponents) :]
-    return W
-
-
-def _condition(
-    part: LinearPart, exponents: ComplexArray, V: ComplexArray, W: ComplexArray
-) -> float:
-    """Worst condition number of an eigenvalue, the state scaled to about the root of its energy."""
-    if not len(V):
-        return 1.0
-    mass = np.diag(part.M)
-    stiffness = np.maximum(np.abs(np.diag(part.K)), part.Omega**2 * mass)
-    scale = np.sqrt(np.concatenate([stiffness, mass]))
-    with np.errstate(over="ignore", invalid="ignore"):  # eigenvectors that nearly coincide
-        right = np.sqrt(((V.real**2 + V.imag**2) * (scale**2)[:, None]).sum(axis=0))
-        left = np.sqrt(((W.real**2 + W.imag**2) / scale**2).sum(axis=1))
-        both = right * left * np.where(exponents.imag > 0.0, 0.5, 1.0)
-        return float(both.max())
+    near = near if stiffness < SOUND_STIFFNESS else min(near, near_mean)
+    if not condition <= CONDITION_LIMIT or near < RESONANCE_LIMIT:
+        return CellFlow(part, packed[:m] + 1j * packed[m : 2 * m], condition, _energy(part))
+    return Flow(part, packed[: binding.flow_reals(2 * n, m, H)[1]], m, condition)
 
 
 def _energy(part: LinearPart) -> tuple[FloatArray, FloatArray]:

@@ -8,7 +8,7 @@ over all phases of one flow by the C map, every quadratic figure is a contractio
 
 Flows in cells are integrated by Gauss points instead (`nodes`).
 
-Depends on: flows, series, walk, binding, problem, friction.
+Depends on: flows, series, nodes, walk, binding, status, problem, friction.
 """
 
 from __future__ import annotations
@@ -16,26 +16,25 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from beltsim.checks import FloatArray
 from beltsim.event_map import binding
-from beltsim.event_map.cells import CellFlow
 from beltsim.event_map.flows import Flow, flows_of, inner_flow
 from beltsim.event_map.nodes import NodePiece
-from beltsim.event_map.series import piece_of
-from beltsim.event_map.walk import TIME, Walk, raise_status
+from beltsim.event_map.series import pieces
+from beltsim.event_map.status import require_ok
+from beltsim.event_map.walk import Walk
 from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
+
+#: What the C map calls the phases of a flow.
+_FREE, _HELD, _BAND = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
 class Integrals:
     """Over a stretch of time: `squares` (n,) of q, `speed` the square of the joint's velocity, the
-    forcing's work, the viscous loss and the friction's.
-
-    The friction loss is given for the saturated law only; for the others it follows from the
-    joint's travel.
+    forcing's work, the viscous loss and that of friction.
     """
 
     squares: FloatArray
@@ -45,101 +44,72 @@ class Integrals:
     rubbed: float
 
 
-@dataclass(frozen=True, eq=False)
-class _Rows:
-    """What turns the Gram matrix of a flow into figures.
-
-    `q` (n, 2L) and `speed` (2L,) are rows of R, the latter of the joint's velocity; `energy`
-    (2, 4L^2) gives work and viscous loss.
-    """
-
-    q: FloatArray
-    speed: FloatArray
-    energy: FloatArray
-
-
-def integrals(problem: FrictionProblem, run: Walk, start: float, end: float) -> Integrals:
-    """The integrals of `run` between two times."""
-    n, law = problem.n, problem.friction
-    begins, modes, states = run.starts(), run.modes(), run.states()
-    first = np.maximum(start - begins, 0.0)
-    last = np.minimum(np.append(begins[1:], run.end), end) - begins
-    inside = last > first
-    squares, energy, speed, rubbed = np.zeros(n), np.zeros(2), 0.0, 0.0
-    for flow, chosen in ((flows_of(problem).free, modes != 0), (inner_flow(problem), modes == 0)):
-        at = np.flatnonzero(inside & chosen)
-        if not len(at):
-            continue
-        if isinstance(flow, CellFlow):
-            for i in at:
-                piece = piece_of(
-                    problem, float(begins[i]), float(last[i]), int(modes[i]), states[i]
-                )
-                assert isinstance(piece, NodePiece)
-                if first[i] > 0.0:
-                    piece = piece.cut(float(begins[i] + first[i]), float(begins[i] + last[i]))
-                squares += piece.squares(slice(0, n))
-                speed += float(piece.squares(n + (problem.joint or 0)))
-                energy += (piece.work(problem.forcing.coefficients), piece.quadratic(problem.C, n))
-                rubbed += piece.rubbing(n + (problem.joint or 0))
-            continue
-        rows = _rows(problem, flow)
-        gram = _gram(problem, flow, run, at, (first[at], last[at]), modes[at], states[at])
-        squares += ((rows.q @ gram) * rows.q).sum(axis=1)
-        energy += rows.energy @ gram.ravel()
-        moved = gram @ rows.speed
-        fast = float(rows.speed @ moved)
-        speed += fast
-        if isinstance(law, SaturatedCoulomb):
-            slipped = float(moved[len(gram) // 2 - 1])  # with the load, the constant torque
-            rubbed += slipped if modes[at[0]] else law.Q_m / law.sigma * fast
-    return Integrals(squares, speed, float(energy[0]), float(energy[1]), rubbed)
-
-
-def _gram(
-    problem: FrictionProblem,
-    flow: Flow,
-    run: Walk,
-    at: NDArray[np.intp],
-    stretch: tuple[FloatArray, FloatArray],
-    modes: NDArray[np.int64],
-    states: FloatArray,
-) -> FloatArray:
-    """The Gram matrix (2L, 2L) of the phases `at`."""
-    law, joint = problem.friction, problem.joint
+def integrals(
+    problem: FrictionProblem, run: Walk, start: float, end: float, *, energies: bool = True
+) -> Integrals:
+    """The integrals of `run` between two times; work and viscous loss only with `energies`."""
+    law, inner = problem.friction, inner_flow(problem)
     assert law is not None
-    load = np.asarray(modes * law.Q_m, dtype=float)
-    if flow is flows_of(problem).held:
-        load = states[:, joint].copy()
-        states = states[:, flows_of(problem).rest]
-    L = flow.m + len(flow.P) + 1
-    found = np.zeros((2 * L, 2 * L))
-    begin = np.concatenate([[0.0], run.reals[:, TIME]])[at]
-    sizes = (flow.N, flow.m, len(flow.P) - 1, flow.Omega)
-    status = binding.gram(
-        *sizes, flow.packed, begin, *stretch, load, np.ascontiguousarray(states), found, len(at)
+    squares, sums, rubbed = np.zeros(problem.n), np.zeros(3), 0.0
+    stretch, free = (start, end, energies), flows_of(problem).free
+    if isinstance(free, Flow):
+        *others, slipped = _added(problem, run, free, _FREE, stretch, squares)
+        sums += others
+        rubbed += slipped
+    if isinstance(inner, Flow):
+        role = _BAND if isinstance(law, SaturatedCoulomb) else _HELD
+        *others, _ = _added(problem, run, inner, role, stretch, squares)
+        sums += others
+        rubbed += law.Q_m / law.sigma * others[0] if isinstance(law, SaturatedCoulomb) else 0.0
+    if not (isinstance(free, Flow) and isinstance(inner, Flow)):
+        more, slipped = _in_cells(problem, run, start, end, squares)
+        sums += more
+        rubbed += slipped
+    speed, work, loss = sums.tolist()
+    return Integrals(squares, speed, work, loss, rubbed)
+
+
+def _added(
+    problem: FrictionProblem,
+    run: Walk,
+    flow: Flow,
+    role: int,
+    stretch: tuple[float, float, bool],
+    squares: FloatArray,
+) -> FloatArray:
+    """Adds to `squares` over phases in modes; speed, work, loss and load times speed."""
+    assert problem.friction is not None
+    start, end, energies = stretch
+    sizes = (problem.n, len(flow.part.D) - 1, flow.m, role, problem.joint)
+    window = (start, end, run.end, run.initial_mode)
+    events = (run.integers, run.reals, len(run.t), run.initial_state)
+    power = (binding.pairs(problem.forcing.coefficients), problem.C) if energies else (None, None)
+    found = np.zeros(4)
+    status = binding.integrals(
+        *sizes,
+        flow.Omega,
+        problem.friction.Q_m,
+        flow.packed,
+        *window,
+        *events,
+        *power,
+        squares,
+        found,
     )
-    if status < 0:
-        raise_status(status)
+    require_ok(status)
     return found
 
 
-def _rows(problem: FrictionProblem, flow: Flow) -> _Rows:
-    """Rows of `flow`, kept with it: they are the same for all torques."""
-    if flow.rows:
-        found: _Rows = flow.rows[0]
-        return found
-    n, joint, m, held = problem.n, problem.joint, flow.m, flow is flows_of(problem).held
-    B = np.column_stack([flow.V, flow.P.T, flow.X_c])
-    if held:
-        inner, B = B, np.zeros((2 * n, B.shape[1]), complex)
-        B[flows_of(problem).rest] = inner
-        B[joint, -1] = 1.0
-    force = np.zeros((n, B.shape[1]), complex)
-    force[:, m : m + len(flow.P)] = problem.forcing.coefficients.T
-    R, F = (np.concatenate([part.real, part.imag], axis=1) for part in (B, force))
-    v = R[n:]
-    energy = np.array([(F.T @ v).ravel(), (v.T @ (problem.C @ v)).ravel()])
-    rows = _Rows(R[:n].copy(), v[joint].copy(), energy)
-    flow.rows.append(rows)
-    return rows
+def _in_cells(
+    problem: FrictionProblem, run: Walk, start: float, end: float, squares: FloatArray
+) -> tuple[FloatArray, float]:
+    """As `_added` over the phases in cells: speed, work and loss (3,), and friction's loss."""
+    n, row = problem.n, problem.n + (problem.joint or 0)
+    sums, rubbed = np.zeros(3), 0.0
+    for piece in pieces(problem, run, start, end):
+        if isinstance(piece, NodePiece):
+            squares += piece.squares(slice(0, n))
+            work, loss = piece.work(problem.forcing.coefficients), piece.quadratic(problem.C, n)
+            sums += (float(piece.squares(row)), work, loss)
+            rubbed += piece.rubbing(row)
+    return sums, rubbed

@@ -9,6 +9,7 @@ Depends on: errors, checks.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -28,8 +29,8 @@ _LEFT = 1e-9
 class LinearPart:
     """Second-order matrices and the same in first order; see the module for the symbols.
 
-    `M`, `D`, `K` (k, k), `F` (H + 1, k) and `push` (k,) make `A` (N, N), `force` (H + 1, N) and
-    `load` (N,), N = 2k.
+    `M`, `damping`, `K` (k, k), `F` (H + 1, k) and `push` (k,) make `A` (N, N), `force` (H + 1, N)
+    and `load` (N,), N = 2k.
     """
 
     M: FloatArray
@@ -38,12 +39,33 @@ class LinearPart:
     F: ComplexArray
     push: FloatArray
     Omega: float
-    A: FloatArray
-    force: ComplexArray
-    load: FloatArray
     row: FloatArray
     D: ComplexArray
     d_c: float
+
+    @cached_property
+    def _inverse(self) -> FloatArray:
+        return np.asarray(np.linalg.inv(self.M), dtype=float)
+
+    @cached_property
+    def A(self) -> FloatArray:
+        """Matrix of the free motion."""
+        k = len(self.M)
+        found = np.zeros((2 * k, 2 * k))
+        found[:k, k:] = np.eye(k)
+        found[k:, :k] = -self._inverse @ self.K
+        found[k:, k:] = -self._inverse @ self.damping
+        return found
+
+    @cached_property
+    def force(self) -> ComplexArray:
+        """Harmonics of the forcing in the state's rates."""
+        return np.concatenate([0.0 * self.F, self.F @ self._inverse.T], axis=1)
+
+    @cached_property
+    def load(self) -> FloatArray:
+        """A unit of the constant load in the state's rates."""
+        return np.concatenate([0.0 * self.push, self._inverse @ self.push])
 
     def signals(self, t: FloatArray, c: FloatArray, x: FloatArray) -> tuple[FloatArray, FloatArray]:
         """The signal and its rate (nt,) at times `t`, loads `c` (nt,) and states `x` (nt, N)."""

@@ -43,8 +43,8 @@ class Shooting:
 
     `half`: the search was over half of the orbit's `multiple` forcing periods, and `image` has the
     opposite sign. `run` is that walk. `derivative` (2n, 2n) is that of the image, in amplitudes of
-    the free flow. `residual` is the largest change of the state over its largest entry, velocities
-    over Omega.
+    the free flow, and its eigenvalues give the `multipliers` (2n,) of the orbit. `residual` is the
+    largest change of the state over its largest entry, velocities over Omega.
     """
 
     multiple: int
@@ -55,13 +55,8 @@ class Shooting:
     followed: float
     history: tuple[float, ...]
     derivative: FloatArray
+    multipliers: ComplexArray
     run: Walk
-
-    @property
-    def multipliers(self) -> ComplexArray:
-        """Floquet multipliers (2n,) of the orbit."""
-        found: ComplexArray = np.linalg.eigvals(self.derivative).astype(complex)
-        return found**2 if self.half else found
 
 
 def shoot(
@@ -86,7 +81,8 @@ def shoot(
     periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
     search = np.array([periods, sign, tolerance, float(near), 0.0])
     history, image, derivative = np.empty(_HISTORY), np.empty(N), np.empty((N, N))
-    found = (search, history, image, derivative)
+    multipliers = np.empty(N, dtype=complex)
+    found = (search, history, image, derivative, multipliers.view(float))
     integers, reals = np.empty((_EVENTS, 3), dtype=np.int64), np.empty((_EVENTS, STATE + N))
     status, steps, count, first, last = binding.orbit(
         *sizes, *arrays, changes_of(problem), *found, integers, reals, _HISTORY, _EVENTS
@@ -102,7 +98,8 @@ def shoot(
         run = Walk(*ends, t, integers[:count], reals[:count])
     residuals = tuple(history[: min(steps, _HISTORY)].tolist())
     reached = (float(search[3]), float(search[4]), residuals)
-    return Shooting(multiple, half, state, image, *reached, derivative, run)
+    multipliers = multipliers**2 if half else multipliers
+    return Shooting(multiple, half, state, image, *reached, derivative, multipliers, run)
 
 
 def half_wave(problem: FrictionProblem) -> bool:

@@ -171,7 +171,7 @@ def _resting(problem: FrictionProblem, rest: tuple[float, float]) -> _Row:
 
 def _moving(problem: FrictionProblem, found: Shooting) -> _Row:
     run = found.run
-    over = integrals(problem, run, 0.0, run.end)
+    over = integrals(problem, run, 0.0, run.end, energies=False)
     rms: FloatArray = np.sqrt(np.maximum(over.squares, 0.0) / run.end)
     multipliers = found.multipliers
     return _Row(rms, _figures(problem, found, over.rubbed), multipliers, found.state, False)

@@ -1,6 +1,6 @@
 """One walk through slip and stick with the C map: raw events and where it ended.
 
-Depends on: flows, binding.
+Depends on: flows, binding, status.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from beltsim.checks import FloatArray
 from beltsim.errors import CoreError
 from beltsim.event_map import binding
 from beltsim.event_map.flows import Flows, flows_of, inner_flow
+from beltsim.event_map.status import STATUS
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
@@ -29,11 +30,6 @@ _CHUNK = 32
 _CHATTER, _SIGMA = -2, 6
 #: Most forcing periods per call of the C map: an interruption waits for its end.
 _STRETCH = 200_000
-_STATUS = {
-    -1: ("BM_NO_MEMORY", "the workspace could not be allocated; try a smaller problem"),
-    -2: ("BM_CHATTER", "more events in a period than this system can have; check its input"),
-    -3: ("BM_NOT_FINITE", "the state left the range of double; is the system stable?"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,15 +126,13 @@ def _event_limit(flows: Flows, harmonics: int) -> float:
 
 def raise_status(
     status: int,
-    arrays: tuple[Any, ...] | None = None,
-    period: float = 0.0,
+    arrays: tuple[Any, ...],
+    period: float,
     integers: NDArray[np.int64] | None = None,
     reals: FloatArray | None = None,
 ) -> None:
-    """Raise the error of a failed call, with the time it reached and the last event, if known."""
-    name, text = _STATUS[status]
-    if arrays is None:
-        raise CoreError(f"exact map stopped: {text}", name)
+    """Raise the error of a failed walk, with the time it reached and the last event, if known."""
+    name, text = STATUS[status]
     run, whole = arrays[2], arrays[3]
     time = float(whole[1] * period + run[4])
     last = None

@@ -4,13 +4,6 @@
 
 #include "flow.h"
 
-/* A walk from the start of a period: its events and both ends. */
-typedef struct {
-  bm_events events;
-  int first_mode, last_mode;
-  double length;
-} bm_walk;
-
 /* Room for the derivative of systems of one size. */
 typedef struct {
   bm_watch held; /* for the rate of the reaction                            */

@@ -249,8 +249,27 @@ static int create(shooting *it, double **memory, int **order) {
   return 1;
 }
 
+/* Eigenvalues of the derivative, transposed: the same ones. */
+static bm_status multipliers(shooting *it) {
+  bm_search *search = it->search;
+  int N = it->N, one = 1, info = 0, room = 4 * N;
+  double *values = calloc((size_t)(6 * N), sizeof(double)), none;
+  char no = 'N';
+  if (!values) {
+    return BM_NO_MEMORY;
+  }
+  search->lapack->dgeev(&no, &no, &N, it->carrier.S, &N, values, values + N,
+                        &none, &one, &none, &one, values + 2 * N, &room, &info);
+  for (int i = 0; i < N; i++) {
+    search->multipliers[2 * i] = values[i];
+    search->multipliers[2 * i + 1] = values[N + i];
+  }
+  free(values);
+  return info ? BM_NO_MODES : BM_OK;
+}
+
 /* Hands over what was found. */
-static void report(shooting *it) {
+static bm_status report(shooting *it) {
   bm_search *search = it->search;
   const bm_events *from = &it->now.walk.events;
   size_t size = (size_t)it->N * sizeof(double);
@@ -269,6 +288,7 @@ static void report(shooting *it) {
     memcpy(search->events.reals, from->reals,
            rows * (size_t)(BM_EVENT_REALS + it->N) * sizeof(double));
   }
+  return search->lapack ? multipliers(it) : BM_OK;
 }
 
 static void discard(bm_walk *walk) {
@@ -290,7 +310,7 @@ bm_status bm_orbit(const bm_run *run, const bm_changes *changes,
     status = look(&it, near);
   }
   if (status == BM_OK) {
-    report(&it);
+    status = report(&it);
   }
   discard(&it.now.walk);
   discard(&it.next.walk);

@@ -223,9 +223,53 @@ static PyObject *propagate(PyObject *self, PyObject *args) {
   return Py_BuildValue("iL", (int)status, (long long)events.count);
 }
 
+/* The routines of LAPACK, from the capsules that SciPy publishes. */
+static bm_lapack lapack;
+
+/* A routine whose C signature begins as `begins`: 32-bit integers. */
+static void *routine(PyObject *capsule, const char *begins) {
+  if (!PyCapsule_CheckExact(capsule)) {
+    return PyErr_Format(PyExc_TypeError, "a routine must come as a capsule");
+  }
+  const char *name = PyCapsule_GetName(capsule);
+  if (!name || strncmp(name, begins, strlen(begins)) != 0) {
+    return PyErr_Format(PyExc_TypeError, "a routine of type '%s', must begin "
+                        "with '%s'", name ? name : "", begins);
+  }
+  return PyCapsule_GetPointer(capsule, name);
+}
+
+/* use_lapack(dgeev, dgesv, zgesv): what `modes` and `orbit` call */
+static PyObject *use_lapack(PyObject *self, PyObject *args) {
+  (void)self;
+  PyObject *dgeev, *dgesv, *zgesv;
+  if (!PyArg_ParseTuple(args, "OOO", &dgeev, &dgesv, &zgesv)) {
+    return NULL;
+  }
+  void *found[] = {routine(dgeev, "void (char *, char *, int *, "), NULL, NULL};
+  found[1] = found[0] ? routine(dgesv, "void (int *, int *, ") : NULL;
+  found[2] = found[1] ? routine(zgesv, "void (int *, int *, ") : NULL;
+  if (!found[2]) {
+    return NULL;
+  }
+  /* through memory: ISO C does not convert object to function pointers */
+  memcpy(&lapack.dgeev, &found[0], sizeof found[0]);
+  memcpy(&lapack.dgesv, &found[1], sizeof found[1]);
+  memcpy(&lapack.zgesv, &found[2], sizeof found[2]);
+  Py_RETURN_NONE;
+}
+
+static int have_lapack(void) {
+  if (lapack.zgesv) {
+    return 1;
+  }
+  PyErr_Format(PyExc_RuntimeError, "call use_lapack first");
+  return 0;
+}
+
 /* orbit(n, H, m_free, m_held, saturated, free, held, reals, integers, state,
- * changes, search, history, image, derivative, event_integers, event_reals,
- * history_capacity, event_capacity)
+ * changes, search, history, image, derivative, multipliers, event_integers,
+ * event_reals, history_capacity, event_capacity)
  *   -> (status, steps, events, first_mode, last_mode) */
 static PyObject *orbit(PyObject *self, PyObject *args) {
   (void)self;
@@ -235,6 +279,7 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
     HISTORY,
     IMAGE,
     DERIVATIVE,
+    MULTIPLIERS,
     EVENT_INTEGERS,
     EVENT_REALS,
     BUFFERS
@@ -245,12 +290,13 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   Py_buffer views[BUFFERS];
   wanted kinds[BUFFERS];
   void *data[BUFFERS];
-  if (!PyArg_ParseTuple(args, "iiiiiOOOOOOOOOOOOLL", &of.n, &of.H, &of.m_free,
+  if (!PyArg_ParseTuple(args, "iiiiiOOOOOOOOOOOOOLL", &of.n, &of.H, &of.m_free,
                         &of.m_held, &of.saturated, &objects[0], &objects[1],
                         &objects[2], &objects[3], &objects[4], &objects[5],
                         &objects[6], &objects[7], &objects[8], &objects[9],
-                        &objects[10], &objects[11], &capacity, &rows) ||
-      !sizes_hold(&of)) {
+                        &objects[10], &objects[11], &objects[12], &capacity,
+                        &rows) ||
+      !sizes_hold(&of) || !have_lapack()) {
     return NULL;
   }
   if (capacity < 1 || capacity > 1000000000 || rows < 0 || rows > 1000000000) {
@@ -266,6 +312,7 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   kinds[HISTORY] = (wanted){"history", "d", 1, (Py_ssize_t)capacity};
   kinds[IMAGE] = (wanted){"image", "d", 1, N};
   kinds[DERIVATIVE] = (wanted){"derivative", "d", 1, N * N};
+  kinds[MULTIPLIERS] = (wanted){"multipliers", "d", 1, 2 * N};
   kinds[EVENT_INTEGERS] = (wanted){"event_integers", "q", 1,
                                    (Py_ssize_t)rows * BM_EVENT_INTEGERS};
   kinds[EVENT_REALS] = (wanted){"event_reals", "d", 1,
@@ -298,6 +345,8 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
                       .history = data[HISTORY],
                       .image = data[IMAGE],
                       .derivative = data[DERIVATIVE],
+                      .lapack = &lapack,
+                      .multipliers = data[MULTIPLIERS],
                       .events = {rows, 0, data[EVENT_INTEGERS],
                                  data[EVENT_REALS]}};
   bm_status status;
@@ -312,51 +361,178 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
                        search.last_mode);
 }
 
-/* gram(N, m, H, Omega, flow, begin, from, to, load, states, count, gram)
- *   -> status */
-static PyObject *gram(PyObject *self, PyObject *args) {
+/* modes(k, H, Omega, M, D, K, F, load, row, direct, d_c, packed)
+ *   -> (status, m, condition, stiffness, nearest, nearest_mean) */
+static PyObject *modes(PyObject *self, PyObject *args) {
   (void)self;
-  enum { FLOW, BEGIN, FROM, TO, LOAD, STATES, GRAM, BUFFERS };
-  int N, m, H;
-  double Omega;
-  long long count;
+  enum { M_, D_, K_, F_, LOAD, ROW, DIRECT, PACKED, BUFFERS };
+  bm_system of;
   PyObject *objects[BUFFERS];
   Py_buffer views[BUFFERS];
   void *data[BUFFERS];
-  if (!PyArg_ParseTuple(args, "iiidOOOOOOOL", &N, &m, &H, &Omega, &objects[0],
-                        &objects[1], &objects[2], &objects[3], &objects[4],
-                        &objects[5], &objects[6], &count)) {
+  if (!PyArg_ParseTuple(args, "iidOOOOOOOdO", &of.k, &of.H, &of.Omega,
+                        &objects[M_], &objects[D_], &objects[K_], &objects[F_],
+                        &objects[LOAD], &objects[ROW], &objects[DIRECT],
+                        &of.d_c, &objects[PACKED]) ||
+      !have_lapack()) {
     return NULL;
   }
-  if (N < 0 || N > 2 * MOST_COORDINATES || m < 0 || m > N || H < 0 ||
-      H > MOST_COORDINATES || !(Omega > 0.0) || count < 0 ||
-      count > 1000000000) {
-    return PyErr_Format(PyExc_ValueError,
-                        "out of range: N %d, m %d, H %d, Omega or count", N, m,
-                        H);
+  if (of.k < 0 || of.k > MOST_COORDINATES || of.H < 0 ||
+      of.H > MOST_COORDINATES || !(of.Omega > 0.0)) {
+    return PyErr_Format(PyExc_ValueError, "out of range: k %d, H %d or Omega",
+                        of.k, of.H);
   }
-  Py_ssize_t many = (Py_ssize_t)count, wide = 2 * ((Py_ssize_t)m + H + 2);
+  Py_ssize_t k = of.k, harmonics = (Py_ssize_t)of.H + 1;
   wanted kinds[BUFFERS] = {
-      {"flow", "d", 0, (Py_ssize_t)bm_flow_reals(N, m, H)},
-      {"begin", "d", 0, many},
-      {"from", "d", 0, many},
-      {"to", "d", 0, many},
-      {"load", "d", 0, many},
-      {"states", "d", 0, many * N},
-      {"gram", "d", 1, wide * wide},
+      {"M", "d", 0, k * k},
+      {"D", "d", 0, k * k},
+      {"K", "d", 0, k * k},
+      {"F", "d", 0, 2 * harmonics * k},
+      {"load", "d", 0, k},
+      {"row", "d", 0, 2 * k},
+      {"direct", "d", 0, 2 * harmonics},
+      {"packed", "d", 1, (Py_ssize_t)bm_flow_reals(2 * of.k, 2 * of.k, of.H)},
   };
   if (!take(BUFFERS, objects, kinds, views, data)) {
     return NULL;
   }
-  bm_flow flow;
-  bm_flow_unpack(&flow, data[FLOW], N, m, H, Omega);
-  bm_stretches all = {count,      data[BEGIN],  data[FROM], data[TO],
-                      data[LOAD], data[STATES], data[GRAM]};
+  of.M = data[M_];
+  of.D = data[D_];
+  of.K = data[K_];
+  of.F = data[F_];
+  of.load = data[LOAD];
+  of.row = data[ROW];
+  of.direct = data[DIRECT];
+  int m = 0;
+  bm_soundness sound = {0.0, 0.0, 0.0, 0.0};
   bm_status status;
   Py_BEGIN_ALLOW_THREADS;
-  status = bm_gram(&flow, &all);
+  status = bm_modes(&lapack, &of, data[PACKED], &m, &sound);
   Py_END_ALLOW_THREADS;
   release(views, BUFFERS);
+  return Py_BuildValue("iidddd", (int)status, m, sound.condition,
+                       sound.stiffness, sound.nearest, sound.nearest_mean);
+}
+
+/* changes(n, H, m_free, m_held, saturated, Omega, free, held, joint, mass, m_t,
+ * push, packed) -> status */
+static PyObject *changes(PyObject *self, PyObject *args) {
+  (void)self;
+  enum { FREE_FLOW, HELD_FLOW, M_T, PUSH, PACKED, BUFFERS };
+  sizes of;
+  double Omega;
+  bm_joint joint;
+  PyObject *objects[BUFFERS];
+  Py_buffer views[BUFFERS];
+  void *data[BUFFERS];
+  if (!PyArg_ParseTuple(args, "iiiiidOOidOOO", &of.n, &of.H, &of.m_free,
+                        &of.m_held, &of.saturated, &Omega, &objects[FREE_FLOW],
+                        &objects[HELD_FLOW], &joint.index, &joint.mass,
+                        &objects[M_T], &objects[PUSH], &objects[PACKED]) ||
+      !sizes_hold(&of)) {
+    return NULL;
+  }
+  if (joint.index < 0 || joint.index >= of.n || !(Omega > 0.0)) {
+    return PyErr_Format(PyExc_ValueError, "joint out of range or Omega <= 0");
+  }
+  int N = 2 * of.n, Nh = inner_reals(&of);
+  wanted kinds[BUFFERS] = {
+      {"free", "d", 0, (Py_ssize_t)bm_flow_reals(N, of.m_free, of.H)},
+      {"held", "d", 0, (Py_ssize_t)bm_flow_reals(Nh, of.m_held, of.H)},
+      {"m_t", "d", 0, of.n - 1},
+      {"push", "d", 0, of.n},
+      {"packed", "d", 1, (Py_ssize_t)bm_changes_reals(of.n, Nh)},
+  };
+  if (!take(BUFFERS, objects, kinds, views, data)) {
+    return NULL;
+  }
+  bm_flow free_flow, held_flow;
+  bm_flow_unpack(&free_flow, data[FREE_FLOW], N, of.m_free, of.H, Omega);
+  bm_flow_unpack(&held_flow, data[HELD_FLOW], Nh, of.m_held, of.H, Omega);
+  joint.m_t = data[M_T];
+  joint.push = data[PUSH];
+  if (bm_flow_amplitudes(&free_flow) != N ||
+      bm_flow_amplitudes(&held_flow) != Nh) {
+    release(views, BUFFERS);
+    return PyErr_Format(PyExc_ValueError, "modes that are not one of each pair");
+  }
+  bm_status status;
+  Py_BEGIN_ALLOW_THREADS;
+  status = bm_changes_fill(&free_flow, &held_flow, &joint, data[PACKED]);
+  Py_END_ALLOW_THREADS;
+  release(views, BUFFERS);
+  return Py_BuildValue("i", (int)status);
+}
+
+/* integrals(n, H, m, role, joint, Omega, Q_m, flow, start, end, length,
+ * first_mode, event_integers, event_reals, count, state, F, C, squares, sums)
+ *   -> status; F and C may be None. `sums`: speed, work, loss, slipped. */
+static PyObject *integrals(PyObject *self, PyObject *args) {
+  (void)self;
+  enum { FLOW, EVENT_INTEGERS, EVENT_REALS, X, SQUARES, SUMS, F_, C_, BUFFERS };
+  int n, H, m, role;
+  long long count;
+  double Omega;
+  bm_integrals of = {0};
+  bm_walk walk = {0};
+  PyObject *objects[BUFFERS];
+  Py_buffer views[BUFFERS];
+  void *data[BUFFERS] = {NULL};
+  if (!PyArg_ParseTuple(args, "iiiiiddOdddiOOLOOOOO", &n, &H, &m, &role,
+                        &of.joint, &Omega, &of.Q_m, &objects[FLOW], &of.start,
+                        &of.end, &walk.length, &walk.first_mode,
+                        &objects[EVENT_INTEGERS], &objects[EVENT_REALS], &count,
+                        &objects[X], &objects[F_], &objects[C_],
+                        &objects[SQUARES], &objects[SUMS])) {
+    return NULL;
+  }
+  int N = role == BM_HELD ? 2 * n - 2 : 2 * n;
+  if (n < 1 || n > MOST_COORDINATES || m < 0 || m > N || H < 0 ||
+      H > MOST_COORDINATES || !(Omega > 0.0) || count < 0 ||
+      count > 1000000000 || of.joint < 0 || of.joint >= n || role < BM_FREE ||
+      role > BM_BAND) {
+    return PyErr_Format(PyExc_ValueError,
+                        "out of range: n %d, m %d, H %d, joint %d, role %d, "
+                        "Omega or count", n, m, H, of.joint, role);
+  }
+  Py_ssize_t many = (Py_ssize_t)count, wide = n;
+  wanted kinds[BUFFERS] = {
+      {"flow", "d", 0, (Py_ssize_t)bm_flow_reals(N, m, H)},
+      {"event_integers", "q", 0, many * BM_EVENT_INTEGERS},
+      {"event_reals", "d", 0, many * (BM_EVENT_REALS + 2 * wide)},
+      {"state", "d", 0, 2 * wide},
+      {"squares", "d", 1, wide},
+      {"sums", "d", 1, 4},
+      {"F", "d", 0, 2 * ((Py_ssize_t)H + 1) * wide},
+      {"C", "d", 0, wide * wide},
+  };
+  int buffers = objects[C_] == Py_None ? F_ : BUFFERS;
+  if (!take(buffers, objects, kinds, views, data)) {
+    return NULL;
+  }
+  bm_flow flow;
+  bm_flow_unpack(&flow, data[FLOW], N, m, H, Omega);
+  double *sums = data[SUMS];
+  of.role = (bm_role)role;
+  of.state = data[X];
+  of.F = data[F_];
+  of.C = data[C_];
+  of.squares = data[SQUARES];
+  of.speed = sums[0];
+  of.work = sums[1];
+  of.loss = sums[2];
+  of.slipped = sums[3];
+  walk.events = (bm_events){count, count, data[EVENT_INTEGERS],
+                            data[EVENT_REALS]};
+  bm_status status;
+  Py_BEGIN_ALLOW_THREADS;
+  status = bm_integrate(&flow, &walk, &of);
+  Py_END_ALLOW_THREADS;
+  sums[0] = of.speed;
+  sums[1] = of.work;
+  sums[2] = of.loss;
+  sums[3] = of.slipped;
+  release(views, buffers);
   return Py_BuildValue("i", (int)status);
 }
 
@@ -390,39 +566,16 @@ static PyObject *flow_reals(PyObject *self, PyObject *args) {
                        (long long)bm_flow_reals(N, m, H));
 }
 
-/* prepare(N, m, H, Omega, packed): fills the tables of a packed flow */
-static PyObject *prepare(PyObject *self, PyObject *args) {
-  (void)self;
-  int N, m, H;
-  double Omega;
-  PyObject *object;
-  Py_buffer view;
-  if (!PyArg_ParseTuple(args, "iiidO", &N, &m, &H, &Omega, &object)) {
-    return NULL;
-  }
-  if (N < 0 || N > 2 * MOST_COORDINATES || m < 0 || m > N || H < 0 ||
-      H > MOST_COORDINATES || !(Omega > 0.0)) {
-    return PyErr_Format(PyExc_ValueError,
-                        "out of range: N %d, m %d, H %d or Omega", N, m, H);
-  }
-  Py_ssize_t least = (Py_ssize_t)bm_flow_reals(N, m, H);
-  double *packed = buffer_of(object, "packed", "d", 1, least, &view);
-  if (!packed) {
-    return NULL;
-  }
-  bm_flow_prepare(packed, N, m, H, Omega);
-  PyBuffer_Release(&view);
-  Py_RETURN_NONE;
-}
-
 static PyMethodDef methods[] = {
     {"flow_reals", flow_reals, METH_VARARGS, "Sizes of a packed flow."},
-    {"prepare", prepare, METH_VARARGS, "Fills the tables of a packed flow."},
+    {"use_lapack", use_lapack, METH_VARARGS, "Takes SciPy's routines."},
+    {"modes", modes, METH_VARARGS, "Fills a packed flow from its matrices."},
+    {"changes", changes, METH_VARARGS, "Fills the packed changes of flows."},
     {"changes_reals", changes_reals, METH_VARARGS, "Size of packed changes."},
     {"propagate", propagate, METH_VARARGS,
      "Runs the exact map until the end, or until the event buffer is full."},
     {"orbit", orbit, METH_VARARGS, "Looks for a periodic orbit."},
-    {"gram", gram, METH_VARARGS, "Adds integrals of products of a flow."},
+    {"integrals", integrals, METH_VARARGS, "Adds integrals over a walk."},
     {NULL, NULL, 0, NULL}};
 
 static PyModuleDef_Slot slots[] = {{0, NULL}};

@@ -9,8 +9,10 @@ import pytest
 from support.problems import random_problem
 
 from beltsim import _event_map
+from beltsim.event_map import binding
 from beltsim.event_map.changes import changes_of
 from beltsim.event_map.flows import flows_of, inner_flow
+from beltsim.event_map.walk import walk
 
 WIDTH = 6
 
@@ -159,6 +161,7 @@ def orbit_arguments():
         "history": np.empty(20),
         "image": np.empty(6),
         "derivative": np.empty((6, 6)),
+        "multipliers": np.empty(12),
         "event_integers": np.zeros((9, 3), dtype=np.int64),
         "event_reals": np.zeros((9, WIDTH + 6)),
         "history_capacity": 20,
@@ -166,29 +169,76 @@ def orbit_arguments():
     }
 
 
-def gram_arguments():
-    """A valid call of `gram`."""
-    flow = flows_of(random_problem(7, n=3)).free
-    size = 2 * (flow.m + len(flow.P) + 1)
+def modes_arguments():
+    """A valid call of `modes`."""
+    part = flows_of(random_problem(7, n=3)).free.part
+    H = len(part.F) - 1
     return {
-        "N": flow.N,
-        "m": flow.m,
+        "k": 3,
+        "H": H,
+        "Omega": part.Omega,
+        "M": part.M.copy(),
+        "D": part.damping,
+        "K": part.K.copy(),
+        "F": binding.pairs(part.F),
+        "load": part.push,
+        "row": part.row,
+        "direct": binding.pairs(part.D),
+        "d_c": 0.0,
+        "packed": np.empty(_event_map.flow_reals(6, 6, H)[1]),
+    }
+
+
+def changes_arguments():
+    """A valid call of `changes`."""
+    problem, shared = random_problem(7, n=3), arguments()
+    flows = flows_of(problem)
+    return {name: shared[name] for name in ("n", "H", "m_free", "m_held", "saturated")} | {
+        "Omega": flows.free.Omega,
+        "free": shared["free"],
+        "held": shared["held"],
+        "joint": problem.joint,
+        "mass": flows.mass,
+        "m_t": flows.m_t,
+        "push": flows.push,
+        "packed": np.empty_like(changes_of(problem)),
+    }
+
+
+def integrals_arguments():
+    """A valid call of `integrals`."""
+    problem = random_problem(7, n=3)
+    flow, run = flows_of(problem).free, walk(problem, np.zeros(6), 3.0)
+    assert len(run.t) > 2
+    return {
+        "n": 3,
         "H": len(flow.P) - 1,
+        "m": flow.m,
+        "role": 0,
+        "joint": problem.joint,
         "Omega": flow.Omega,
+        "Q_m": problem.friction.Q_m,
         "flow": flow.packed,
-        "begin": np.zeros(2),
-        "from": np.zeros(2),
-        "to": np.ones(2),
-        "load": np.zeros(2),
-        "states": np.zeros((2, flow.N)),
-        "gram": np.zeros((size, size)),
-        "count": 2,
+        "start": 0.0,
+        "end": run.end,
+        "length": run.end,
+        "first_mode": run.initial_mode,
+        "event_integers": run.integers,
+        "event_reals": run.reals,
+        "count": len(run.t),
+        "state": np.zeros(6),
+        "F": binding.pairs(problem.forcing.coefficients),
+        "C": problem.C.copy(),
+        "squares": np.zeros(3),
+        "sums": np.zeros(4),
     }
 
 
 CALLS = {
     "orbit": (_event_map.orbit, orbit_arguments),
-    "gram": (_event_map.gram, gram_arguments),
+    "modes": (_event_map.modes, modes_arguments),
+    "changes": (_event_map.changes, changes_arguments),
+    "integrals": (_event_map.integrals, integrals_arguments),
 }
 EVERY = [
     (call, name)
@@ -196,21 +246,26 @@ EVERY = [
     for name, value in valid().items()
     if isinstance(value, np.ndarray)
 ]
-INPUT = {"free", "held", "changes", "flow", "begin", "from", "to", "load", "states"}
+OUTPUT = {"packed", "squares", "sums", "search", "history", "image", "derivative", "multipliers"}
+OUTPUT |= {"reals", "integers"}
 
 
-def test_valid_calls_of_orbit_and_gram():
+def test_valid_calls():
     status, steps, events, first, last = _event_map.orbit(*orbit_arguments().values())
     assert status == 0
     assert steps > 1
     assert events >= 2
     assert {first, last} <= {-1, 0, 1}
-    assert _event_map.gram(*gram_arguments().values()) == 0
+    status, m, condition, *_ = _event_map.modes(*modes_arguments().values())
+    assert (status, m) == (0, 3)
+    assert condition >= 1.0
+    assert _event_map.changes(*changes_arguments().values()) == 0
+    assert _event_map.integrals(*integrals_arguments().values()) == 0
     assert _event_map.changes_reals(3, 4) == len(changes_of(random_problem(7, n=3)))
 
 
 @pytest.mark.parametrize(("name", "buffer"), EVERY)
-def test_bad_buffers_of_orbit_and_gram_are_refused(name, buffer):
+def test_bad_buffers_are_refused(name, buffer):
     work, valid = CALLS[name]
     array = valid()[buffer]
     other = np.int32 if array.dtype == np.int64 else np.float32
@@ -222,7 +277,7 @@ def test_bad_buffers_of_orbit_and_gram_are_refused(name, buffer):
         array[:-1],
         np.repeat(array, 2, axis=-1)[..., ::2],
     ]
-    spoilt += [] if buffer in INPUT else [read_only]
+    spoilt += [read_only] if buffer in OUTPUT else []
     for bad in spoilt:
         with pytest.raises((TypeError, ValueError, BufferError)):
             work(*{**valid(), buffer: bad}.values())
@@ -231,11 +286,14 @@ def test_bad_buffers_of_orbit_and_gram_are_refused(name, buffer):
 @pytest.mark.parametrize(
     ("name", "argument", "value"),
     [("orbit", "n", 0), ("orbit", "n", 30000), ("orbit", "H", -1), ("orbit", "m_free", 7),
-     ("orbit", "history_capacity", 0), ("orbit", "event_capacity", -1), ("gram", "N", -1),
-     ("gram", "m", 7), ("gram", "m", -1), ("gram", "H", -1), ("gram", "Omega", 0.0),
-     ("gram", "count", -1), ("gram", "count", 10**12)],
+     ("orbit", "history_capacity", 0), ("orbit", "event_capacity", -1), ("modes", "k", -1),
+     ("modes", "k", 4), ("modes", "H", -1), ("modes", "Omega", 0.0), ("changes", "n", 0),
+     ("changes", "joint", 3), ("changes", "Omega", -1.0), ("changes", "m_held", 3),
+     ("integrals", "n", 0), ("integrals", "m", 7), ("integrals", "m", -1), ("integrals", "H", -1),
+     ("integrals", "Omega", 0.0), ("integrals", "role", 3), ("integrals", "joint", -1),
+     ("integrals", "count", -1), ("integrals", "count", 10**12)],
 )  # fmt: skip
-def test_sizes_of_orbit_and_gram_out_of_range_are_refused(name, argument, value):
+def test_sizes_of_these_out_of_range_are_refused(name, argument, value):
     work, valid = CALLS[name]
     with pytest.raises((ValueError, OverflowError)):
         work(*{**valid(), argument: value}.values())
@@ -260,3 +318,14 @@ def test_more_amplitudes_than_the_state_has_are_refused():
     assert inputs > 12
     with pytest.raises(ValueError, match="one of each pair"):
         _event_map.orbit(*spoilt.values())
+
+
+def test_routines_must_be_those_of_scipy():
+    capsules = binding.lapack.__pyx_capi__
+    names = ("dgeev", "dgesv", "zgesv")
+    for spoilt in range(3):
+        for bad in (None, capsules["dgeev" if spoilt else "dgesv"]):
+            given = [bad if i == spoilt else capsules[name] for i, name in enumerate(names)]
+            with pytest.raises(TypeError, match="routine"):
+                _event_map.use_lapack(*given)
+    _event_map.use_lapack(*(capsules[name] for name in names))

@@ -186,7 +186,7 @@ def test_orbits_in_cells_equal_those_in_modes(seed, monkeypatch):
 
 def derivative(problem, x):
     """Derivative of the map over a period, at the state where a search from `x` ends."""
-    into, out = amplitudes(flows_of(problem).free)
+    into, out = amplitudes(problem)
     return out @ shoot(problem, x, 1, False, 1e-12, False).derivative @ into
 
 

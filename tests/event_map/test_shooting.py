@@ -8,7 +8,6 @@ from support.problems import random_problem, random_state
 
 from beltsim import SaturatedCoulomb
 from beltsim.event_map.changes import amplitudes
-from beltsim.event_map.flows import flows_of
 from beltsim.event_map.shooting import shoot
 from beltsim.event_map.walk import walk
 
@@ -17,7 +16,7 @@ ANY = 1e9  # a tolerance that every state meets
 
 def derivative_of(problem, found):
     """Derivative of the image in the state's own coordinates."""
-    into, out = amplitudes(flows_of(problem).free)
+    into, out = amplitudes(problem)
     return out @ found.derivative @ into
 
 

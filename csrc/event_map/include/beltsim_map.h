@@ -33,7 +33,8 @@ typedef enum {
   BM_FULL = 1,       /* the event buffer is full: drain it and go on       */
   BM_NO_MEMORY = -1, /* the workspace could not be allocated               */
   BM_CHATTER = -2,   /* more events than this system can have              */
-  BM_NOT_FINITE = -3 /* the state left the range of double                 */
+  BM_NOT_FINITE = -3, /* the state left the range of double                */
+  BM_NO_MODES = -4   /* LAPACK found no eigenvalues                        */
 } bm_status;
 
 /* Amplitudes of a flow that comes as cells. */
@@ -128,6 +129,41 @@ void bm_flow_prepare(double *packed, int N, int m, int H, double Omega);
 void bm_flow_unpack(bm_flow *flow, const double *packed, int N, int m, int H,
                     double Omega);
 
+/* The routines of LAPACK that are used, as Fortran has them; the caller hands
+ * them in, so that this library links to none. */
+typedef struct {
+  void (*dgeev)(char *, char *, int *, double *, int *, double *, double *,
+                double *, int *, double *, int *, double *, int *, int *);
+  void (*dgesv)(int *, int *, double *, int *, int *, double *, int *, int *);
+  void (*zgesv)(int *, int *, double *, int *, int *, double *, int *, int *);
+} bm_lapack;
+
+/* What a flow is made of; k coordinates, complex numbers as pairs of reals. */
+typedef struct {
+  int k, H;
+  double Omega;
+  const double *M, *D, *K; /* (k, k), M and K symmetric                      */
+  const double *F;         /* harmonics of the forcing, complex (H + 1, k)   */
+  const double *load;      /* a unit of the constant load (k)                */
+  const double *row;       /* signal row (2k)                                */
+  const double *direct;    /* direct part of the signal, complex (H + 1)     */
+  double d_c;              /* direct part of the constant load               */
+} bm_system;
+
+/* How far the modes can be trusted. */
+typedef struct {
+  double condition; /* worst of an eigenvalue, in units of energy           */
+  double stiffness; /* condition of K                                        */
+  double nearest, nearest_mean; /* least distance of an exponent from a
+                                   harmonic, without and with the mean; over
+                                   Omega                                     */
+} bm_soundness;
+
+/* Fills a packed flow of `m` amplitudes; `packed` has room for 2k of them.
+ * What cannot be answered is infinite, in the flow too. */
+bm_status bm_modes(const bm_lapack *lapack, const bm_system *of, double *packed,
+                   int *m, bm_soundness *sound);
+
 /* How a small change of the state passes through a walk. It is carried in real
  * amplitudes, N of a flow: the real and imaginary part of each complex one and
  * each real one; in cells the first N of y. One change of flow is one matrix.
@@ -150,6 +186,25 @@ int64_t bm_changes_reals(int n, int Nh);
 void bm_changes_unpack(bm_changes *changes, const double *packed, int n,
                        int Nh);
 
+/* The joint at an event: m_t = M_qq^-1 M_qt (n - 1), mass = M_tt - M_tq m_t, push
+ * = M^-1 e_t (n). */
+typedef struct {
+  int index;
+  double mass;
+  const double *m_t, *push;
+} bm_joint;
+
+/* Fills packed changes between a free flow and a held one, or a band's. */
+bm_status bm_changes_fill(const bm_flow *free_flow, const bm_flow *inner,
+                          const bm_joint *joint, double *packed);
+
+/* A walk from the start of a period: its events and both ends. */
+typedef struct {
+  bm_events events;
+  int first_mode, last_mode;
+  double length;
+} bm_walk;
+
 /* A search for a periodic orbit by shooting over `periods` forcing periods. */
 typedef struct {
   double periods;     /* of the walk: half those of the orbit with sign -1  */
@@ -162,6 +217,8 @@ typedef struct {
   double *history;    /* out: their residuals (capacity)                    */
   double *image;      /* out: what the state becomes, sign included (2n)    */
   double *derivative; /* out: of the image, in amplitudes of the free flow  */
+  const bm_lapack *lapack; /* for the multipliers, or NULL                   */
+  double *multipliers; /* out: eigenvalues of the derivative, complex (2n)   */
   int first_mode, last_mode; /* out: of the last walk                       */
   bm_events events;   /* out: its events. When they do not fit, `count` is  */
                       /* above the capacity and none are written            */
@@ -179,17 +236,25 @@ bm_status bm_propagate(bm_run *run, int64_t end_periods, double end_time,
 bm_status bm_orbit(const bm_run *run, const bm_changes *changes,
                    bm_search *search);
 
-/* Adds the integrals of products of a flow's functions over stretches of it.
- * The state in a phase is R u(tau), u (2L) the real parts, then the imaginary
- * parts, of L = m + H + 2 exponentials: modes, harmonics from 0, load c. A
- * stretch i begins `begin` after a start of the period in state x (N), and u u'
- * is integrated from `from` to `to` after that. Not for cells. */
+/* Which phases of a walk a flow has. */
+typedef enum { BM_FREE = 0, BM_HELD = 1, BM_BAND = 2 } bm_role;
+
+/* Integrals over the phases of one flow between two times of a walk. */
 typedef struct {
-  int64_t count;
-  const double *begin, *from, *to, *load; /* (count)                        */
-  const double *states;                   /* (count, N)                     */
-  double *gram;                           /* in, out: (2L, 2L), symmetric   */
-} bm_stretches;
-bm_status bm_gram(const bm_flow *flow, bm_stretches *stretches);
+  bm_role role;
+  int joint;
+  double Q_m;
+  double start, end;   /* of the window                                      */
+  const double *state; /* at the walk's start (2n)                           */
+  const double *F, *C; /* complex (H + 1, n) and (n, n); NULL: no energies   */
+  double *squares;     /* in, out: of each coordinate (n)                    */
+  double speed;        /* in, out: of the joint's velocity, squared          */
+  double work, loss;   /* in, out: of the forcing, of viscous damping        */
+  double slipped;      /* in, out: of the load times the joint's velocity    */
+} bm_integrals;
+
+/* Adds to them, exactly. Not for cells. */
+bm_status bm_integrate(const bm_flow *flow, const bm_walk *walk,
+                       bm_integrals *of);
 
 #endif

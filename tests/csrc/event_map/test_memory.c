@@ -1,6 +1,7 @@
 /* The k-th allocation fails, for every k: a clean status and no leak. Linked
  * with --wrap. */
 #include "flow.h"
+#include "lapack.h"
 #include "mass.h"
 #include "notebook.h"
 
@@ -30,18 +31,41 @@ static bm_status walk(mass *it) {
 }
 
 static bm_status hunt(mass *it) {
-  static double history[50], image[2], derivative[4];
+  static double history[50], image[2], derivative[4], multipliers[4];
   static notebook book;
   notebook_open(&book, ROOM);
-  bm_search search = {1.0, 1.0,     1e-12, 0.0,        0.0, 50, 0,
-                      history, image, derivative, 0,   0,  book.events};
+  bm_search search = {.periods = 1.0,
+                      .sign = 1.0,
+                      .tolerance = 1e-12,
+                      .capacity = 50,
+                      .history = history,
+                      .image = image,
+                      .derivative = derivative,
+                      .lapack = &small_lapack,
+                      .multipliers = multipliers,
+                      .events = book.events};
   return bm_orbit(&it->run, &it->changes, &search);
 }
 
 static bm_status integrate(mass *it) {
-  double zero = 0.0, one = 1.0, x[2] = {0.1, 0.2}, gram[64] = {0.0};
-  bm_stretches all = {1, &zero, &zero, &one, &zero, x, gram};
-  return bm_gram(&it->free, &all);
+  double x[2] = {0.1, 0.2}, squares = 0.0;
+  bm_walk walk = {.first_mode = BM_SLIP_POS, .length = 1.0};
+  bm_integrals of = {.end = 1.0, .state = x, .squares = &squares};
+  return bm_integrate(&it->free, &walk, &of);
+}
+
+static bm_status modes(mass *it) {
+  double one = 1.0, row[2] = {0.0, 1.0}, F[4] = {0.0}, packed[1024];
+  int m;
+  bm_soundness sound;
+  bm_system of = {1, 1, it->Omega, &one, &it->c, &it->k, F, &one, row, F, 0.0};
+  return bm_modes(&small_lapack, &of, packed, &m, &sound);
+}
+
+static bm_status change(mass *it) {
+  double one = 1.0, packed[64];
+  bm_joint joint = {0, 1.0, NULL, &one};
+  return bm_changes_fill(&it->free, &it->held, &joint, packed);
 }
 
 static void every_allocation_may_fail(bm_status (*work)(mass *), int cells,
@@ -73,5 +97,7 @@ int main(void) {
     every_allocation_may_fail(hunt, cells, 10);
   }
   every_allocation_may_fail(integrate, 0, 2);
+  every_allocation_may_fail(modes, 0, 2);
+  every_allocation_may_fail(change, 0, 2);
   return failures != 0;
 }
