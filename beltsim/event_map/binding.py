@@ -26,10 +26,12 @@ _event_map.use_lapack(*(lapack.__pyx_capi__[name] for name in ("dgeev", "dgesv",
 changes = _event_map.changes
 changes_reals = _event_map.changes_reals
 flow_reals = _event_map.flow_reals
+fourier = _event_map.fourier
 integrals = _event_map.integrals
 modes = _event_map.modes
 orbit = _event_map.orbit
 propagate = _event_map.propagate
+sample = _event_map.sample
 
 
 def pairs(x: Any) -> FloatArray:

@@ -1,6 +1,6 @@
-"""From a walk to a `Response`: samples, event log, window and warnings.
+"""From a walk to a `Response`: event log, window and warnings.
 
-Depends on: flows, integrals, series, walk, settings, response.
+Depends on: flows, integrals, walk, settings, response.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import numpy as np
 from beltsim.checks import FloatArray
 from beltsim.event_map.flows import flows_of
 from beltsim.event_map.integrals import Integrals
-from beltsim.event_map.series import AnyPiece
 from beltsim.event_map.walk import (
     KIND,
     KINDS,
@@ -30,33 +29,6 @@ from beltsim.response import EventLog, NearGrazing, Window, grazing_warnings
 #: An event is near grazing when its margin, or the relative height by which it overshoots its
 #: threshold, half its relative rate squared, is below this; a touch, when its gap is.
 NEAR_GRAZING = 1e-8
-
-
-def sampled(
-    found: list[AnyPiece], n: int, t: FloatArray
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Coordinates, velocities (nt, n) and friction torque (nt,) at the ascending times `t`."""
-    x, torque = np.empty((len(t), 2 * n)), np.empty(len(t))
-    edges = np.searchsorted(t, [piece.start for piece in found], side="left")
-    edges = np.append(edges, len(t))
-    edges[0] = 0
-    for piece, first, last in zip(found, edges[:-1], edges[1:], strict=True):
-        tau = t[first:last] - piece.start
-        x[first:last] = piece.at(tau)
-        torque[first:last] = piece.torque_at(tau)
-    return x[:, :n], x[:, n:], torque
-
-
-def sampled_orbit(
-    found: list[AnyPiece], n: int, t: FloatArray, half: float | None
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """As `sampled`; with `half` the pieces end there and the rest is their mirror image."""
-    if half is None:
-        return sampled(found, n, t)
-    second = int(np.searchsorted(t, half, side="right"))
-    parts = sampled(found, n, t[:second]), sampled(found, n, t[second:] - half)
-    q, q_dot, torque = (np.concatenate([a, -b]) for a, b in zip(*parts, strict=True))
-    return q, q_dot, torque
 
 
 def event_log(problem: FrictionProblem, run: Walk) -> EventLog:

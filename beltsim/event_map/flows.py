@@ -47,50 +47,8 @@ CONDITION_LIMIT = 1e3
 RESONANCE_LIMIT = 1e-4
 #: Condition of K below which the response to a constant load is well defined.
 SOUND_STIFFNESS = 1e8
-
-
-@dataclass(frozen=True, eq=False)
-class Sums:
-    """Fourier integrals of exponentials: `mu` (L,), modes first, then harmonics of `Omega`."""
-
-    mu: ComplexArray
-    Omega: float
-
-    def harmonics(self, orders: int, d: float) -> tuple[ComplexArray, ComplexArray]:
-        """Integrals over (0, d) of exp((mu - ik Omega) t) and of its partner, (orders, L)."""
-        tables = self._harmonic_tables(orders)
-        e, turn = np.exp(self.mu * d), np.exp(-1j * self.Omega * d * np.arange(orders))
-        return tables[0].integral(np.multiply.outer(turn, e), d), tables[1].integral(
-            np.multiply.outer(turn, e.conj()), d
-        )
-
-    @cached_property
-    def _tables(self) -> dict[int, tuple[_Rates, _Rates]]:
-        return {}
-
-    def _harmonic_tables(self, orders: int) -> tuple[_Rates, _Rates]:
-        if orders not in self._tables:
-            w = 1j * self.Omega * np.arange(orders)[:, None]
-            self._tables[orders] = (_Rates(self.mu - w), _Rates(self.mu.conj() - w))
-        return self._tables[orders]
-
-
-class _Rates:
-    """Rates s with what (exp(s d) - 1)/s needs: their inverses, and which are small."""
-
-    def __init__(self, s: ComplexArray) -> None:
-        self.s, self.size = s, np.abs(s)
-        self.inverse = 1.0 / np.where(s == 0.0, 1.0, s)
-        self.least = float(self.size.min(initial=np.inf))
-
-    def integral(self, grown: ComplexArray, d: float) -> ComplexArray:
-        """The integrals for `grown` = exp(s d); small s d would cancel."""
-        found: ComplexArray = (grown - 1.0) * self.inverse
-        if self.least * d < 0.1:
-            few = np.flatnonzero(self.size * d < 0.1)
-            z = self.s.ravel()[few] * d
-            found.ravel()[few] = np.where(z == 0.0, d, np.expm1(z) * self.inverse.ravel()[few])
-        return found
+#: Phases of a flow: joint free, held, inside the band.
+FREE, HELD, BAND = 0, 1, 2
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,17 +106,6 @@ class Flow:
         return self.part.Omega
 
     @cached_property
-    def sums(self) -> Sums:
-        """Integrals of its modes and harmonics."""
-        harmonics = 1j * self.Omega * np.arange(len(self.part.D))
-        return Sums(np.concatenate([self.exponents, harmonics]), self.Omega)
-
-    def turns(self, t: float) -> ComplexArray:
-        """exp(i h Omega t) for each harmonic (H + 1,)."""
-        found: ComplexArray = np.exp(1j * self.Omega * t * np.arange(len(self.part.D)))
-        return found
-
-    @cached_property
     def fastest(self) -> float:
         """Largest modulus of an exponent."""
         return float(np.abs(self.exponents).max(initial=0.0))
@@ -167,12 +114,6 @@ class Flow:
     def N(self) -> int:
         """Reals in the state."""
         return len(self.part.row)
-
-    def forced(self, t: float | FloatArray, c: float) -> FloatArray:
-        """The forced part of the state at times `t` (...): array (..., N)."""
-        turns = np.exp(1j * self.Omega * np.multiply.outer(t, np.arange(len(self.P))))
-        found: FloatArray = (turns @ self.P).real + c * self.X_c
-        return found
 
 
 AnyFlow = Flow | CellFlow
@@ -214,6 +155,12 @@ def inner_flow(problem: FrictionProblem) -> AnyFlow:
         problem.shared["event_map.band"] = cached
     found: AnyFlow = cached[1]
     return found
+
+
+def roles_of(problem: FrictionProblem) -> tuple[tuple[int, AnyFlow], tuple[int, AnyFlow]]:
+    """The two flows of a motion, with what the C map calls their phases."""
+    role = BAND if isinstance(problem.friction, SaturatedCoulomb) else HELD
+    return (FREE, flows_of(problem).free), (role, inner_flow(problem))
 
 
 def _band(problem: FrictionProblem, law: SaturatedCoulomb) -> AnyFlow:

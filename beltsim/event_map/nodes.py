@@ -1,13 +1,14 @@
-"""One phase of a flow in cells, and its integrals by Gauss points on the cells.
+"""Phases of flows in cells, and their integrals by Gauss points on the cells.
 
 On a cell the motion is a short Taylor series, which 16 Gauss points integrate to rounding, squares
 and products with harmonics included.
 
-Depends on: cells, checks.
+Depends on: cells, flows, walk, friction, problem.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,14 +16,18 @@ import numpy as np
 
 from beltsim.checks import FloatArray
 from beltsim.event_map.cells import CellFlow
+from beltsim.event_map.flows import roles_of
 from beltsim.event_map.linear_part import ComplexArray
+from beltsim.event_map.walk import Walk
+from beltsim.friction import SaturatedCoulomb
+from beltsim.problem import FrictionProblem
 
 _POINTS = 16
 
 
 @dataclass(frozen=True, eq=False)
 class NodePiece:
-    """The counterpart of `series.Piece`: `y` is the extended state at the start.
+    """One phase: `y` is the extended state at its start.
 
     `load`: friction torque while slipping, the joint's position while held. `slope`: torque per
     velocity inside the band of the saturated law, else None.
@@ -114,3 +119,34 @@ class NodePiece:
         both = np.column_stack([x, self._torque(tau, x)])
         angle = self.flow.Omega * np.multiply.outer(np.arange(orders), self.start + tau)
         return np.asarray((np.exp(-1j * angle) * w) @ both, dtype=complex)
+
+
+def node_pieces(
+    problem: FrictionProblem, run: Walk, start: float, end: float
+) -> Iterator[NodePiece]:
+    """The phases of `run` between two times whose flow comes in cells, cut at both."""
+    begins, modes, states = run.starts(), run.modes(), run.states()
+    ends = np.append(begins[1:], run.end)
+    free, inner = roles_of(problem)
+    for i, mode in enumerate(modes.tolist()):
+        flow = free[1] if mode else inner[1]
+        first, last = max(start, float(begins[i])), min(end, float(ends[i]))
+        if not isinstance(flow, CellFlow) or last < first:
+            continue
+        piece = _piece(problem, flow, mode, float(begins[i]), float(ends[i]), states[i])
+        yield piece if (first, last) == (begins[i], ends[i]) else piece.cut(first, last)
+
+
+def _piece(
+    problem: FrictionProblem, flow: CellFlow, mode: int, begin: float, end: float, x: FloatArray
+) -> NodePiece:
+    law, n, joint = problem.friction, problem.n, problem.joint
+    assert law is not None
+    assert joint is not None
+    load, slope = mode * law.Q_m, None
+    if not mode and isinstance(law, SaturatedCoulomb):
+        slope = law.Q_m / law.sigma
+    elif not mode:
+        load, x = float(x[joint]), np.delete(x, [joint, n + joint])
+    y = flow.extended(begin, load, x)
+    return NodePiece(begin, end - begin, mode, flow, y, load, n, joint, slope)

@@ -4,7 +4,7 @@ When the forcing has odd harmonics only, the orbit of a symmetric joint repeats 
 with the opposite sign, and half a period suffices. For Q_s = Q_m any two motions approach each
 other, so following the motion always leads back to where Newton converges.
 
-Depends on: build, integrals, shooting, locked, series, settings, walk, response, problem.
+Depends on: build, integrals, shooting, locked, motion, settings, walk, response, problem.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ from beltsim.event_map.locked import (
     rest_place,
     resting_multipliers,
 )
+from beltsim.event_map.motion import fourier, sampled
 from beltsim.event_map.propagate import checked_run, require_joint
-from beltsim.event_map.series import AnyPiece, pieces
 from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.shooting import Shooting, half_wave, shoot
 from beltsim.event_map.walk import MODES, Walk, walk
@@ -176,19 +176,21 @@ def orbit_of(
 ) -> Response:
     """The `Response` of a closed walk, `symmetric` when its second half mirrors the first."""
     half = 0.5 * run.end if symmetric else None
-    found = list(pieces(problem, run, 0.0, run.end if half is None else half))
+    end = run.end if half is None else half
     coefficients: ComplexArray | None = None
     torque_coefficients: ComplexArray | None = None
     if statistics["multiple"] == 1:
-        coefficients, torque_coefficients = fourier(problem, found, settings.harmonics, symmetric)
-    covered = integrals(problem, run, 0.0, run.end if half is None else half)
+        coefficients, torque_coefficients = fourier(
+            problem, run, end, settings.harmonics, symmetric=symmetric
+        )
+    covered = integrals(problem, run, 0.0, end)
     ends = (run.initial_state, run.final_state)
     window = build.window_of(problem, covered, (0.0, run.end), ends, symmetric)
     events = build.event_log(problem, run)
     steps = max(1, round(run.end / problem.period * settings.samples_per_period))
     t = np.linspace(0.0, run.end, steps + 1)
-    q, q_dot, torque = build.sampled_orbit(found, problem.n, t, half)
-    speed = covered.speed / (run.end if half is None else half)
+    q, q_dot, torque = sampled(problem, run, t, half)
+    speed = covered.speed / end
     touches = build.near_grazing(problem, run, speed)
     mode = MODES[run.initial_mode]
     return Response(
@@ -233,24 +235,6 @@ def _on_the_circle(events: EventLog, period: float) -> EventLog:
     parts = {name: getattr(events, name)[order] for name in events.__dataclass_fields__}
     parts["t"][0] = 0.0
     return EventLog(**parts)
-
-
-def fourier(
-    problem: FrictionProblem, found: list[AnyPiece], harmonics: int, symmetric: bool = False
-) -> tuple[ComplexArray, ComplexArray]:
-    """Exact coefficients (R + 1, n) of the coordinates and (R + 1,) of the friction torque.
-
-    `symmetric`: `found` is half a period, which the other half repeats with the opposite sign.
-    """
-    total: Any = np.zeros((harmonics + 1, 2 * problem.n + 1), complex)
-    for piece in found:
-        total += piece.fourier(harmonics + 1)
-    if symmetric:
-        total[1::2] *= 2.0
-        total[0::2] = 0.0
-    total *= 2.0 / problem.period
-    total[0] *= 0.5
-    return total[:, : problem.n], total[:, -1]
 
 
 def rms(orbit: Response) -> FloatArray:

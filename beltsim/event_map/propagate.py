@@ -1,6 +1,6 @@
 """Exact transients.
 
-Depends on: build, integrals, series, settings, walk, response, problem.
+Depends on: build, integrals, motion, settings, walk, response, problem.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from beltsim.checks import finite_array, real_number
 from beltsim.errors import InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.event_map import build
 from beltsim.event_map.integrals import integrals
-from beltsim.event_map.series import pieces
+from beltsim.event_map.motion import sampled
 from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.walk import MODES, walk
 from beltsim.friction import Coulomb
@@ -102,11 +102,11 @@ def checked_run(problem: FrictionProblem, periods: Any, initial_state: Any) -> A
 
 def transient_response(problem: FrictionProblem, run: Any, settings: Settings) -> Response:
     """The `Response` of a walk: samples and figures of its last period."""
-    period, n, law = problem.period, problem.n, problem.friction
+    period, law = problem.period, problem.friction
     assert law is not None
     start = max(0.0, run.end - period)
     found = integrals(problem, run, start, run.end)
-    first_state = next(pieces(problem, run, start, run.end)).at(np.zeros(1))[0]
+    first_state = np.concatenate([x[0] for x in sampled(problem, run, np.array([start]))[:2]])
     window = build.window_of(problem, found, (start, run.end), (first_state, run.final_state))
     events = build.event_log(problem, run)
     mode = MODES[run.initial_mode]
@@ -114,8 +114,7 @@ def transient_response(problem: FrictionProblem, run: Any, settings: Settings) -
     first = {"last_period": start, "all": 0.0, "events": run.end}[settings.keep]
     steps = max(1, round((run.end - first) / period * settings.samples_per_period))
     t = np.linspace(first, run.end, steps + 1) if settings.keep != "events" else np.zeros(0)
-    shown = list(pieces(problem, run, first, run.end)) if len(t) else []
-    q, q_dot, torque = build.sampled(shown, n, t)
+    q, q_dot, torque = sampled(problem, run, t)
     joint = problem.joint or 0
     ends = (float(run.initial_state[joint]), float(run.final_state[joint]))
     total: float | None = None  # the saturated law's loss does not follow from positions

@@ -16,15 +16,7 @@
 #include <string.h>
 
 #include "dense.h"
-#include "flow.h"
-
-/* A phase, or the part of it that counts. */
-typedef struct {
-  double begin;    /* of the phase, since the start of its period       */
-  double from, to; /* part of it                                        */
-  double load;     /* its constant                                      */
-  const double *x; /* the flow's state where it begins                  */
-} stretch;
+#include "phases.h"
 
 typedef struct {
   int L;
@@ -32,25 +24,6 @@ typedef struct {
   double *zr, *zi; /* coefficients at the start of the stretch          */
   double *er, *ei; /* exp(mu d)                                         */
 } functions;
-
-/* (exp(s d) - 1)/s of s = a + ib, exp(s d) = er + i ei */
-static void integral(double a, double b, double d, double er, double ei,
-                     double *re, double *im) {
-  double size = a * a + b * b;
-  if (size * d * d > 0.01) {
-    er -= 1.0;
-  } else if (size > 0.0) { /* without cancellation */
-    double half = sin(0.5 * b * d);
-    er = expm1(a * d) * cos(b * d) - 2.0 * half * half;
-    ei = exp(a * d) * sin(b * d);
-  } else {
-    *re = d;
-    *im = 0.0;
-    return;
-  }
-  *re = (er * a + ei * b) / size;
-  *im = (ei * a - er * b) / size;
-}
 
 static void add_products(const functions *f, double d, double *gram) {
   int L = f->L, wide = 2 * L;
@@ -61,8 +34,8 @@ static void add_products(const functions *f, double d, double *gram) {
       double rr = f->er[k] * f->er[l], ii = f->ei[k] * f->ei[l];
       double ri = f->er[k] * f->ei[l], ir = f->ei[k] * f->er[l];
       double a = f->mr[k] + f->mr[l];
-      integral(a, f->mi[k] + f->mi[l], d, rr - ii, ir + ri, &pr, &pi);
-      integral(a, f->mi[k] - f->mi[l], d, rr + ii, ir - ri, &qr, &qi);
+      bm_integral(a, f->mi[k] + f->mi[l], d, rr - ii, ir + ri, &pr, &pi);
+      bm_integral(a, f->mi[k] - f->mi[l], d, rr + ii, ir - ri, &qr, &qi);
       rr = f->zr[k] * f->zr[l];
       ii = f->zi[k] * f->zi[l];
       ri = f->zr[k] * f->zi[l];
@@ -94,7 +67,7 @@ static void mirror(int L, double *gram) {
 }
 
 /* Coefficients of one stretch at its start, exponentials over its length. */
-static void begin(bm_watch *watch, functions *f, const stretch *of) {
+static void begin(bm_watch *watch, functions *f, const bm_stretch *of) {
   int m = watch->flow->m, L = f->L;
   double d = of->to - of->from;
   bm_watch_begin(watch, of->begin, of->load, of->x);
@@ -114,56 +87,6 @@ static void begin(bm_watch *watch, functions *f, const stretch *of) {
   f->zr[L - 1] = of->load;
 }
 
-/* The state x (2n) without the joint. */
-static void without_joint(int n, int joint, const double *x, double *rest) {
-  for (int j = 0, k = 0; j < 2 * n; j++) {
-    if (j != joint && j != n + joint) {
-      rest[k++] = x[j];
-    }
-  }
-}
-
-/* Phase i of the walk as this flow sees it; 0 when it is another flow's or
- * outside the window. */
-static int stretch_of(const bm_walk *walk, const bm_integrals *of, int n,
-                      double period, int64_t i, int mode, double *rest,
-                      stretch *to) {
-  const bm_events *events = &walk->events;
-  const double *event = events->reals, *x = of->state;
-  int64_t width = BM_EVENT_REALS + 2 * (int64_t)n;
-  double start = 0.0, end = walk->length;
-  to->begin = 0.0;
-  if (i > 0) {
-    event += (i - 1) * width;
-    to->begin = event[BM_TIME];
-    start = (double)events->integers[(i - 1) * BM_EVENT_INTEGERS + BM_PERIODS] *
-                period + to->begin;
-    x = event + BM_EVENT_REALS;
-    event += width;
-  }
-  if (i < events->count) {
-    end = (double)events->integers[i * BM_EVENT_INTEGERS + BM_PERIODS] *
-              period + event[BM_TIME];
-  }
-  to->from = of->start > start ? of->start - start : 0.0;
-  to->to = (of->end < end ? of->end : end) - start;
-  to->load = of->role == BM_FREE ? mode * of->Q_m : 0.0;
-  to->x = x;
-  if (of->role == BM_HELD) {
-    to->load = x[of->joint];
-    without_joint(n, of->joint, x, rest);
-    to->x = rest;
-  }
-  return to->to > to->from && (mode != BM_STICK) == (of->role == BM_FREE);
-}
-
-static int next_mode(int mode, int64_t kind) {
-  return kind == 0   ? BM_STICK
-         : kind == 1 ? -mode
-         : kind == 2 ? BM_SLIP_POS
-                     : BM_SLIP_NEG;
-}
-
 /* Row r of R for component i of the flow's state. */
 static void put_row(const bm_flow *flow, int i, int L, double *r) {
   int m = flow->m, N = flow->N;
@@ -179,7 +102,7 @@ static void put_row(const bm_flow *flow, int i, int L, double *r) {
 }
 
 /* R (2n, 2L) of all coordinates and velocities. */
-static void put_rows(const bm_flow *flow, const bm_integrals *of, int n, int L,
+static void put_rows(const bm_flow *flow, const bm_phases *of, int n, int L,
                      double *R) {
   int k = 0;
   for (int j = 0; j < 2 * n; j++) {
@@ -218,12 +141,13 @@ static void add_energies(const bm_flow *flow, bm_integrals *of, int n, int L,
 }
 
 /* `R` (2n, 2L) and as much scratch `moved`. */
-static void contract(const bm_flow *flow, bm_integrals *of, int n, int L,
-                     const double *gram, double *R, double *moved) {
-  int wide = 2 * L, j = of->joint;
+static void contract(const bm_flow *flow, const bm_phases *phases,
+                     bm_integrals *of, int n, int L, const double *gram,
+                     double *R, double *moved) {
+  int wide = 2 * L, j = phases->joint;
   size_t half = (size_t)n * (size_t)wide;
   double *velocity = R + half;
-  put_rows(flow, of, n, L, R);
+  put_rows(flow, phases, n, L, R);
   bm_multiply(n, wide, wide, R, gram, moved);
   for (int i = 0; i < n; i++) {
     size_t at = (size_t)i * (size_t)wide;
@@ -242,9 +166,9 @@ static void contract(const bm_flow *flow, bm_integrals *of, int n, int L,
 }
 
 bm_status bm_integrate(const bm_flow *flow, const bm_walk *walk,
-                       bm_integrals *of) {
-  int m = flow->m, L = m + flow->H + 2, wide = 2 * L, mode = walk->first_mode;
-  int n = flow->N / 2 + (of->role == BM_HELD), met = 0;
+                       const bm_phases *phases, bm_integrals *of) {
+  int m = flow->m, L = m + flow->H + 2, wide = 2 * L, met = 0;
+  int n = bm_coordinates(flow, phases);
   size_t square = (size_t)wide * (size_t)wide, rows = 2 * (size_t)(n * wide);
   bm_watch watch;
   double *memory = calloc(6 * (size_t)L + square + 2 * rows + 2 * (size_t)n,
@@ -258,27 +182,21 @@ bm_status bm_integrate(const bm_flow *flow, const bm_walk *walk,
   f.zi = f.zr + L;
   f.er = f.zi + L;
   f.ei = f.er + L;
-  double *gram = f.ei + L, *R = gram + square, *rest = R + 2 * rows;
+  double *gram = f.ei + L, *R = gram + square;
   memcpy(f.mr, flow->lambda_re, (size_t)m * sizeof(double));
   memcpy(f.mi, flow->lambda_im, (size_t)m * sizeof(double));
   for (int h = 0; h <= flow->H; h++) {
     f.mi[m + h] = h * flow->Omega;
   }
-  for (int64_t i = 0; i <= walk->events.count; i++) {
-    stretch at;
-    if (stretch_of(walk, of, n, 6.283185307179586 / flow->Omega, i, mode, rest, &at)) {
-      begin(&watch, &f, &at);
-      add_products(&f, at.to - at.from, gram);
-      met = 1;
-    }
-    if (i < walk->events.count) {
-      mode = next_mode(
-          mode, walk->events.integers[i * BM_EVENT_INTEGERS + BM_KIND]);
-    }
+  bm_stretch at = {.rest = R + 2 * rows};
+  while (bm_next_stretch(walk, phases, n, flow->Omega, &at)) {
+    begin(&watch, &f, &at);
+    add_products(&f, at.to - at.from, gram);
+    met = 1;
   }
   if (met) {
     mirror(L, gram);
-    contract(flow, of, n, L, gram, R, R + rows);
+    contract(flow, phases, of, n, L, gram, R, R + rows);
   }
   bm_watch_free(&watch);
   free(memory);

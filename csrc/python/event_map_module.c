@@ -464,75 +464,176 @@ static PyObject *changes(PyObject *self, PyObject *args) {
   return Py_BuildValue("i", (int)status);
 }
 
-/* integrals(n, H, m, role, joint, Omega, Q_m, flow, start, end, length,
- * first_mode, event_integers, event_reals, count, state, F, C, squares, sums)
- *   -> status; F and C may be None. `sums`: speed, work, loss, slipped. */
-static PyObject *integrals(PyObject *self, PyObject *args) {
-  (void)self;
-  enum { FLOW, EVENT_INTEGERS, EVENT_REALS, X, SQUARES, SUMS, F_, C_, BUFFERS };
-  int n, H, m, role;
+/* The phases of one flow of a walk, the first argument of what looks at them:
+ * a tuple (n, H, m, role, joint, Omega, Q_m, slope, flow, start, end, length,
+ * first_mode, event_integers, event_reals, count, state). */
+typedef struct {
+  int n, H;
+  bm_flow flow;
+  bm_walk walk;
+  bm_phases phases;
+  Py_buffer views[4];
+} walked;
+
+static int take_phases(PyObject *tuple, walked *it) {
+  enum { FLOW, EVENT_INTEGERS, EVENT_REALS, X, BUFFERS };
+  int m, role;
   long long count;
   double Omega;
-  bm_integrals of = {0};
-  bm_walk walk = {0};
   PyObject *objects[BUFFERS];
+  void *data[BUFFERS];
+  if (!PyArg_ParseTuple(
+          tuple, "iiiiidddOdddiOOLO", &it->n, &it->H, &m, &role,
+          &it->phases.joint, &Omega, &it->phases.Q_m, &it->phases.slope,
+          &objects[FLOW], &it->phases.start, &it->phases.end, &it->walk.length,
+          &it->walk.first_mode, &objects[EVENT_INTEGERS],
+          &objects[EVENT_REALS], &count, &objects[X])) {
+    return 0;
+  }
+  int N = role == BM_HELD ? 2 * it->n - 2 : 2 * it->n;
+  if (it->n < 1 || it->n > MOST_COORDINATES || m < 0 || m > N || it->H < 0 ||
+      it->H > MOST_COORDINATES || !(Omega > 0.0) || count < 0 ||
+      count > 1000000000 || it->phases.joint < 0 ||
+      it->phases.joint >= it->n || role < BM_FREE || role > BM_BAND) {
+    PyErr_Format(PyExc_ValueError,
+                 "out of range: n %d, m %d, H %d, joint %d, role %d, Omega or "
+                 "count", it->n, m, it->H, it->phases.joint, role);
+    return 0;
+  }
+  Py_ssize_t many = (Py_ssize_t)count, wide = 2 * (Py_ssize_t)it->n;
+  wanted kinds[BUFFERS] = {
+      {"flow", "d", 0, (Py_ssize_t)bm_flow_reals(N, m, it->H)},
+      {"event_integers", "q", 0, many * BM_EVENT_INTEGERS},
+      {"event_reals", "d", 0, many * (BM_EVENT_REALS + wide)},
+      {"state", "d", 0, wide},
+  };
+  if (!take(BUFFERS, objects, kinds, it->views, data)) {
+    return 0;
+  }
+  bm_flow_unpack(&it->flow, data[FLOW], N, m, it->H, Omega);
+  it->phases.role = (bm_role)role;
+  it->phases.state = data[X];
+  it->walk.events = (bm_events){count, count, data[EVENT_INTEGERS],
+                                data[EVENT_REALS]};
+  return 1;
+}
+
+static void release_phases(walked *it) {
+  release(it->views, 4);
+}
+
+/* integrals(phases, F, C, squares, sums) -> status; F and C may be None.
+ * `sums`: speed, work, loss, slipped. */
+static PyObject *integrals(PyObject *self, PyObject *args) {
+  (void)self;
+  enum { SQUARES, SUMS, F_, C_, BUFFERS };
+  walked it = {0};
+  PyObject *tuple, *objects[BUFFERS];
   Py_buffer views[BUFFERS];
   void *data[BUFFERS] = {NULL};
-  if (!PyArg_ParseTuple(args, "iiiiiddOdddiOOLOOOOO", &n, &H, &m, &role,
-                        &of.joint, &Omega, &of.Q_m, &objects[FLOW], &of.start,
-                        &of.end, &walk.length, &walk.first_mode,
-                        &objects[EVENT_INTEGERS], &objects[EVENT_REALS], &count,
-                        &objects[X], &objects[F_], &objects[C_],
-                        &objects[SQUARES], &objects[SUMS])) {
+  if (!PyArg_ParseTuple(args, "O!OOOO", &PyTuple_Type, &tuple, &objects[F_],
+                        &objects[C_], &objects[SQUARES], &objects[SUMS]) ||
+      !take_phases(tuple, &it)) {
     return NULL;
   }
-  int N = role == BM_HELD ? 2 * n - 2 : 2 * n;
-  if (n < 1 || n > MOST_COORDINATES || m < 0 || m > N || H < 0 ||
-      H > MOST_COORDINATES || !(Omega > 0.0) || count < 0 ||
-      count > 1000000000 || of.joint < 0 || of.joint >= n || role < BM_FREE ||
-      role > BM_BAND) {
-    return PyErr_Format(PyExc_ValueError,
-                        "out of range: n %d, m %d, H %d, joint %d, role %d, "
-                        "Omega or count", n, m, H, of.joint, role);
-  }
-  Py_ssize_t many = (Py_ssize_t)count, wide = n;
+  Py_ssize_t n = it.n;
   wanted kinds[BUFFERS] = {
-      {"flow", "d", 0, (Py_ssize_t)bm_flow_reals(N, m, H)},
-      {"event_integers", "q", 0, many * BM_EVENT_INTEGERS},
-      {"event_reals", "d", 0, many * (BM_EVENT_REALS + 2 * wide)},
-      {"state", "d", 0, 2 * wide},
-      {"squares", "d", 1, wide},
+      {"squares", "d", 1, n},
       {"sums", "d", 1, 4},
-      {"F", "d", 0, 2 * ((Py_ssize_t)H + 1) * wide},
-      {"C", "d", 0, wide * wide},
+      {"F", "d", 0, 2 * ((Py_ssize_t)it.H + 1) * n},
+      {"C", "d", 0, n * n},
   };
   int buffers = objects[C_] == Py_None ? F_ : BUFFERS;
   if (!take(buffers, objects, kinds, views, data)) {
+    release_phases(&it);
     return NULL;
   }
-  bm_flow flow;
-  bm_flow_unpack(&flow, data[FLOW], N, m, H, Omega);
   double *sums = data[SUMS];
-  of.role = (bm_role)role;
-  of.state = data[X];
-  of.F = data[F_];
-  of.C = data[C_];
-  of.squares = data[SQUARES];
-  of.speed = sums[0];
-  of.work = sums[1];
-  of.loss = sums[2];
-  of.slipped = sums[3];
-  walk.events = (bm_events){count, count, data[EVENT_INTEGERS],
-                            data[EVENT_REALS]};
+  bm_integrals of = {data[F_], data[C_], data[SQUARES], sums[0],
+                     sums[1],  sums[2],  sums[3]};
   bm_status status;
   Py_BEGIN_ALLOW_THREADS;
-  status = bm_integrate(&flow, &walk, &of);
+  status = bm_integrate(&it.flow, &it.walk, &it.phases, &of);
   Py_END_ALLOW_THREADS;
   sums[0] = of.speed;
   sums[1] = of.work;
   sums[2] = of.loss;
   sums[3] = of.slipped;
   release(views, buffers);
+  release_phases(&it);
+  return Py_BuildValue("i", (int)status);
+}
+
+/* sample(phases, count, t, x, torque) -> status */
+static PyObject *sample(PyObject *self, PyObject *args) {
+  (void)self;
+  enum { T, X, TORQUE, BUFFERS };
+  walked it = {0};
+  long long count;
+  PyObject *tuple, *objects[BUFFERS];
+  Py_buffer views[BUFFERS];
+  void *data[BUFFERS];
+  if (!PyArg_ParseTuple(args, "O!LOOO", &PyTuple_Type, &tuple, &count,
+                        &objects[T], &objects[X], &objects[TORQUE]) ||
+      !take_phases(tuple, &it)) {
+    return NULL;
+  }
+  int valid = count >= 0 && count <= 1000000000;
+  Py_ssize_t many = valid ? (Py_ssize_t)count : 0;
+  wanted kinds[BUFFERS] = {
+      {"t", "d", 0, many},
+      {"x", "d", 1, many * 2 * (Py_ssize_t)it.n},
+      {"torque", "d", 1, many},
+  };
+  if (!valid) {
+    PyErr_Format(PyExc_ValueError, "count %lld out of range", count);
+  }
+  if (!valid || !take(BUFFERS, objects, kinds, views, data)) {
+    release_phases(&it);
+    return NULL;
+  }
+  bm_samples to = {count, data[T], data[X], data[TORQUE]};
+  bm_status status;
+  Py_BEGIN_ALLOW_THREADS;
+  status = bm_sample(&it.flow, &it.walk, &it.phases, &to);
+  Py_END_ALLOW_THREADS;
+  release(views, BUFFERS);
+  release_phases(&it);
+  return Py_BuildValue("i", (int)status);
+}
+
+/* fourier(phases, count, first, step, values) -> status */
+static PyObject *fourier(PyObject *self, PyObject *args) {
+  (void)self;
+  walked it = {0};
+  bm_coefficients to;
+  PyObject *tuple, *object;
+  Py_buffer view;
+  if (!PyArg_ParseTuple(args, "O!iiiO", &PyTuple_Type, &tuple, &to.count,
+                        &to.first, &to.step, &object) ||
+      !take_phases(tuple, &it)) {
+    return NULL;
+  }
+  int valid = to.count >= 0 && to.count <= 10000000 && to.first >= 0 &&
+              to.first <= 1 && to.step >= 1 && to.step <= 2;
+  Py_ssize_t row = 2 * (2 * (Py_ssize_t)it.n + 1);
+  to.values = NULL;
+  if (!valid) {
+    PyErr_Format(PyExc_ValueError, "orders out of range: %d from %d by %d",
+                 to.count, to.first, to.step);
+  } else {
+    to.values = buffer_of(object, "values", "d", 1, to.count * row, &view);
+  }
+  if (!to.values) {
+    release_phases(&it);
+    return NULL;
+  }
+  bm_status status;
+  Py_BEGIN_ALLOW_THREADS;
+  status = bm_fourier(&it.flow, &it.walk, &it.phases, &to);
+  Py_END_ALLOW_THREADS;
+  PyBuffer_Release(&view);
+  release_phases(&it);
   return Py_BuildValue("i", (int)status);
 }
 
@@ -576,6 +677,8 @@ static PyMethodDef methods[] = {
      "Runs the exact map until the end, or until the event buffer is full."},
     {"orbit", orbit, METH_VARARGS, "Looks for a periodic orbit."},
     {"integrals", integrals, METH_VARARGS, "Adds integrals over a walk."},
+    {"sample", sample, METH_VARARGS, "A walk at given times."},
+    {"fourier", fourier, METH_VARARGS, "Adds Fourier integrals of a walk."},
     {NULL, NULL, 0, NULL}};
 
 static PyModuleDef_Slot slots[] = {{0, NULL}};

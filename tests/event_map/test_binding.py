@@ -12,6 +12,7 @@ from beltsim import _event_map
 from beltsim.event_map import binding
 from beltsim.event_map.changes import changes_of
 from beltsim.event_map.flows import flows_of, inner_flow
+from beltsim.event_map.motion import phases_of
 from beltsim.event_map.walk import walk
 
 WIDTH = 6
@@ -205,40 +206,45 @@ def changes_arguments():
     }
 
 
-def integrals_arguments():
-    """A valid call of `integrals`."""
+def phases_arguments():
+    """The phases of one flow of a walk, and with them valid calls of what looks at them."""
     problem = random_problem(7, n=3)
     flow, run = flows_of(problem).free, walk(problem, np.zeros(6), 3.0)
     assert len(run.t) > 2
-    return {
-        "n": 3,
-        "H": len(flow.P) - 1,
-        "m": flow.m,
-        "role": 0,
-        "joint": problem.joint,
-        "Omega": flow.Omega,
-        "Q_m": problem.friction.Q_m,
-        "flow": flow.packed,
-        "start": 0.0,
-        "end": run.end,
-        "length": run.end,
-        "first_mode": run.initial_mode,
-        "event_integers": run.integers,
-        "event_reals": run.reals,
-        "count": len(run.t),
-        "state": np.zeros(6),
-        "F": binding.pairs(problem.forcing.coefficients),
-        "C": problem.C.copy(),
-        "squares": np.zeros(3),
-        "sums": np.zeros(4),
-    }
+    names = ("n", "H", "m", "role", "joint", "Omega", "Q_m", "slope", "flow", "start", "end")
+    names += ("length", "first_mode", "event_integers", "event_reals", "count", "state")
+    return dict(zip(names, phases_of(problem, run, 0, flow, 0.0, run.end), strict=True))
+
+
+def integrals_arguments():
+    problem = random_problem(7, n=3)
+    power = {"F": binding.pairs(problem.forcing.coefficients), "C": problem.C.copy()}
+    return phases_arguments() | power | {"squares": np.zeros(3), "sums": np.zeros(4)}
+
+
+def sample_arguments():
+    given = {"samples": 5, "t": np.linspace(0.0, 1.0, 5)}
+    return phases_arguments() | given | {"x": np.zeros((5, 6)), "torque": np.zeros(5)}
+
+
+def fourier_arguments():
+    orders = {"orders": 4, "first": 0, "step": 1}
+    return phases_arguments() | orders | {"values": np.zeros((4, 14))}
+
+
+def of_phases(work):
+    """`work` with its phases spread out."""
+    many = len(phases_arguments())
+    return lambda *given: work(given[:many], *given[many:])
 
 
 CALLS = {
     "orbit": (_event_map.orbit, orbit_arguments),
     "modes": (_event_map.modes, modes_arguments),
     "changes": (_event_map.changes, changes_arguments),
-    "integrals": (_event_map.integrals, integrals_arguments),
+    "integrals": (of_phases(_event_map.integrals), integrals_arguments),
+    "sample": (of_phases(_event_map.sample), sample_arguments),
+    "fourier": (of_phases(_event_map.fourier), fourier_arguments),
 }
 EVERY = [
     (call, name)
@@ -247,7 +253,7 @@ EVERY = [
     if isinstance(value, np.ndarray)
 ]
 OUTPUT = {"packed", "squares", "sums", "search", "history", "image", "derivative", "multipliers"}
-OUTPUT |= {"reals", "integers"}
+OUTPUT |= {"reals", "integers", "x", "torque", "values"}
 
 
 def test_valid_calls():
@@ -260,7 +266,9 @@ def test_valid_calls():
     assert (status, m) == (0, 3)
     assert condition >= 1.0
     assert _event_map.changes(*changes_arguments().values()) == 0
-    assert _event_map.integrals(*integrals_arguments().values()) == 0
+    for name in ("integrals", "sample", "fourier"):
+        work, valid = CALLS[name]
+        assert work(*valid().values()) == 0
     assert _event_map.changes_reals(3, 4) == len(changes_of(random_problem(7, n=3)))
 
 
@@ -291,7 +299,9 @@ def test_bad_buffers_are_refused(name, buffer):
      ("changes", "joint", 3), ("changes", "Omega", -1.0), ("changes", "m_held", 3),
      ("integrals", "n", 0), ("integrals", "m", 7), ("integrals", "m", -1), ("integrals", "H", -1),
      ("integrals", "Omega", 0.0), ("integrals", "role", 3), ("integrals", "joint", -1),
-     ("integrals", "count", -1), ("integrals", "count", 10**12)],
+     ("integrals", "count", -1), ("integrals", "count", 10**12), ("sample", "samples", -1),
+     ("sample", "samples", 10**12), ("sample", "n", 0), ("fourier", "orders", -1),
+     ("fourier", "first", 2), ("fourier", "step", 0), ("fourier", "H", -1)],
 )  # fmt: skip
 def test_sizes_of_these_out_of_range_are_refused(name, argument, value):
     work, valid = CALLS[name]

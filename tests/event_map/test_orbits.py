@@ -10,8 +10,7 @@ from support.problems import critical_torque, random_problem, random_state
 import beltsim
 from beltsim import Coulomb, FrictionProblem, HarmonicForcing, SaturatedCoulomb, event_map
 from beltsim.errors import NotPeriodicError
-from beltsim.event_map.build import sampled
-from beltsim.event_map.series import pieces
+from beltsim.event_map.motion import sampled
 from beltsim.event_map.walk import walk
 
 MANY = 20_000
@@ -19,12 +18,12 @@ MANY = 20_000
 
 def assert_lawful(problem, orbit, points):
     """h v >= 0 and |h| <= Q_s at `points` samples; h = Q_m sign(v) while slipping."""
-    law, n = problem.friction, problem.n
+    law = problem.friction
     end = orbit.window[1]
     t = np.linspace(0.0, end, points)
     state = np.concatenate([orbit.q[0], orbit.q_dot[0]])
     run = walk(problem, state, end / problem.period)
-    _, q_dot, torque = sampled(list(pieces(problem, run, 0.0, end)), n, t)
+    _, q_dot, torque = sampled(problem, run, t)
     v = q_dot[:, problem.joint]
     size = np.abs(v).max()
     limit = max(law.Q_s, 1e-300)

@@ -239,13 +239,18 @@ bm_status bm_orbit(const bm_run *run, const bm_changes *changes,
 /* Which phases of a walk a flow has. */
 typedef enum { BM_FREE = 0, BM_HELD = 1, BM_BAND = 2 } bm_role;
 
-/* Integrals over the phases of one flow between two times of a walk. */
+/* The phases of one flow between two times of a walk. None of what follows is
+ * for flows in cells. */
 typedef struct {
   bm_role role;
   int joint;
   double Q_m;
-  double start, end;   /* of the window                                      */
+  double slope;        /* torque per velocity inside the band                */
+  double start, end;   /* of the window; samples have none of their own    */
   const double *state; /* at the walk's start (2n)                           */
+} bm_phases;
+
+typedef struct {
   const double *F, *C; /* complex (H + 1, n) and (n, n); NULL: no energies   */
   double *squares;     /* in, out: of each coordinate (n)                    */
   double speed;        /* in, out: of the joint's velocity, squared          */
@@ -253,8 +258,28 @@ typedef struct {
   double slipped;      /* in, out: of the load times the joint's velocity    */
 } bm_integrals;
 
-/* Adds to them, exactly. Not for cells. */
+/* Adds the integrals over these phases, exactly. */
 bm_status bm_integrate(const bm_flow *flow, const bm_walk *walk,
-                       bm_integrals *of);
+                       const bm_phases *phases, bm_integrals *of);
+
+typedef struct {
+  int64_t count;
+  const double *t; /* ascending (count)                                      */
+  double *x;       /* out: states (count, 2n), of times within these phases  */
+  double *torque;  /* out: friction torque (count)                           */
+} bm_samples;
+
+/* States and friction torque at given times. */
+bm_status bm_sample(const bm_flow *flow, const bm_walk *walk,
+                    const bm_phases *phases, bm_samples *to);
+
+typedef struct {
+  int count, first, step; /* orders first + i step, i < count                */
+  double *values; /* in, out: state and torque, complex (count, 2n + 1)      */
+} bm_coefficients;
+
+/* Adds the integrals of state and friction torque times exp(-i k Omega t). */
+bm_status bm_fourier(const bm_flow *flow, const bm_walk *walk,
+                     const bm_phases *phases, bm_coefficients *to);
 
 #endif

@@ -50,8 +50,25 @@ static bm_status hunt(mass *it) {
 static bm_status integrate(mass *it) {
   double x[2] = {0.1, 0.2}, squares = 0.0;
   bm_walk walk = {.first_mode = BM_SLIP_POS, .length = 1.0};
-  bm_integrals of = {.end = 1.0, .state = x, .squares = &squares};
-  return bm_integrate(&it->free, &walk, &of);
+  bm_phases phases = {.end = 1.0, .state = x};
+  bm_integrals of = {.squares = &squares};
+  return bm_integrate(&it->free, &walk, &phases, &of);
+}
+
+static bm_status sample(mass *it) {
+  double x[2] = {0.1, 0.2}, t = 0.5, at[2], torque;
+  bm_walk walk = {.first_mode = BM_SLIP_POS, .length = 1.0};
+  bm_phases phases = {.end = 1.0, .state = x};
+  bm_samples to = {1, &t, at, &torque};
+  return bm_sample(&it->free, &walk, &phases, &to);
+}
+
+static bm_status fourier(mass *it) {
+  double x[2] = {0.1, 0.2}, values[6] = {0.0};
+  bm_walk walk = {.first_mode = BM_SLIP_POS, .length = 1.0};
+  bm_phases phases = {.end = 1.0, .state = x};
+  bm_coefficients to = {1, 0, 1, values};
+  return bm_fourier(&it->free, &walk, &phases, &to);
 }
 
 static bm_status modes(mass *it) {
@@ -97,6 +114,8 @@ int main(void) {
     every_allocation_may_fail(hunt, cells, 10);
   }
   every_allocation_may_fail(integrate, 0, 2);
+  every_allocation_may_fail(sample, 0, 2);
+  every_allocation_may_fail(fourier, 0, 2);
   every_allocation_may_fail(modes, 0, 2);
   every_allocation_may_fail(change, 0, 2);
   return failures != 0;

@@ -135,16 +135,17 @@ static void integrals_are_sums(void) {
   CHECK(bm_propagate(&run, 2, 0.0, &book.events) == BM_OK);
   bm_walk walk = {book.events, run.first_mode, run.mode, 2.0 * TURN / it.Omega};
   double F[4] = {0.0, 0.0, it.F, 0.0}, squares = 0.0;
-  bm_integrals of = {.role = BM_FREE, .Q_m = it.Q_m, .start = 0.9, .end = 21.0,
-                     .state = start, .F = F, .C = &it.c, .squares = &squares};
-  CHECK(bm_integrate(&it.free, &walk, &of) == BM_OK);
+  bm_phases phases = {.role = BM_FREE, .Q_m = it.Q_m, .start = 0.9, .end = 21.0,
+                      .state = start};
+  bm_integrals of = {.F = F, .C = &it.c, .squares = &squares};
+  CHECK(bm_integrate(&it.free, &walk, &phases, &of) == BM_OK);
   double sums[5] = {0.0};
   enum { MANY = 200000 };
-  double d = (of.end - of.start) / MANY;
+  double d = (phases.end - phases.start) / MANY;
   bm_run on = it.run;
   on.state = start;
   for (int s = 0; s < MANY; s++) {
-    double t = of.start + (s + 0.5) * d;
+    double t = phases.start + (s + 0.5) * d;
     double whole = floor(t * it.Omega / TURN);
     notebook_open(&book, ROOM);
     CHECK(bm_propagate(&on, (int64_t)whole, t - whole * TURN / it.Omega,
