@@ -58,10 +58,13 @@ print(time.perf_counter() - start)
 """
 
 
-def drive_problem(Omega: float, Q_m: float) -> FrictionProblem:
-    drive = beltsim.presets.zhu_parker_2008()
+def drive_problem(Omega: float, Q_m: float, drive: Any = None) -> FrictionProblem:
     return beltsim.assemble(
-        drive, Omega, friction=Coulomb(Q_m), n_functions=8, residual_flexibility=False
+        drive or beltsim.presets.zhu_parker_2008(),
+        Omega,
+        friction=Coulomb(Q_m),
+        n_functions=8,
+        residual_flexibility=False,
     )
 
 
@@ -194,8 +197,9 @@ def orbits(repeats: int) -> None:
 
 def grid(points: int) -> list[FrictionProblem]:
     found: list[FrictionProblem] = []
+    drive = beltsim.presets.zhu_parker_2008()
     for Omega in np.linspace(0.6, 12.0, points):
-        at = drive_problem(float(Omega), TORQUES[0])
+        at = drive_problem(float(Omega), TORQUES[0], drive)
         found += [at.with_friction(Coulomb(Q)) for Q in TORQUES]
     return found
 

@@ -61,7 +61,8 @@ static void set_valued(const bm_flow *held, const bm_joint *joint, int n,
   for (int r = 0; r < Nh; r++) {
     const double *out = to->out + (size_t)it->rest[r] * N;
     for (int c = 0; c < N; c++) {
-      it->rows[(size_t)r * N + c] = out[c] - (X_c ? X_c[r] * to->place[c] : 0.0);
+      it->rows[(size_t)r * N + c] =
+          out[c] - (X_c ? X_c[r] * to->place[c] : 0.0);
       it->columns[(size_t)c * Nh + r] = to->into[(size_t)c * N + it->rest[r]];
     }
   }
@@ -94,8 +95,8 @@ bm_status bm_changes_fill(const bm_flow *free_flow, const bm_flow *inner,
                           const bm_joint *joint, double *packed) {
   int N = free_flow->N, n = N / 2, Nh = inner->N;
   size_t wide = (size_t)N, held = (size_t)Nh;
-  double *memory = calloc(2 * held * held + 2 * wide * held + wide + 1,
-                          sizeof(double));
+  double *memory =
+      calloc(2 * held * held + 2 * wide * held + wide + 1, sizeof(double));
   int *rest = calloc(wide, sizeof(int));
   if (!memory || !rest) {
     free(memory);

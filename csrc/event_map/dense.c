@@ -6,14 +6,11 @@
 #include "clones.h"
 
 /* Four rows at a time: each row of S is read once for all of them. */
-BM_CLONES static void four_rows(int inner, int columns,
-                                const double *restrict a0,
-                                const double *restrict a1,
-                                const double *restrict a2,
-                                const double *restrict a3,
-                                const double *restrict S,
-                                double *restrict o0, double *restrict o1,
-                                double *restrict o2, double *restrict o3) {
+BM_CLONES static void four_rows(
+    int inner, int columns, const double *restrict a0,
+    const double *restrict a1, const double *restrict a2,
+    const double *restrict a3, const double *restrict S, double *restrict o0,
+    double *restrict o1, double *restrict o2, double *restrict o3) {
   for (int j = 0; j < inner; j++, S += columns) {
     double x0 = a0[j], x1 = a1[j], x2 = a2[j], x3 = a3[j];
     for (int c = 0; c < columns; c++) {

@@ -31,9 +31,10 @@ void bm_changes_unpack(bm_changes *changes, const double *packed, int n,
                        int Nh) {
   int N = 2 * n;
   const double **parts[] = {
-      &changes->into,     &changes->out,   &changes->stick, &changes->release,
-      &changes->place,    &changes->velocity, &changes->position,
-      &changes->impact,   &changes->push,  &changes->kick,  &changes->grip};
+      &changes->into,     &changes->out,    &changes->stick,
+      &changes->release,  &changes->place,  &changes->velocity,
+      &changes->position, &changes->impact, &changes->push,
+      &changes->kick,     &changes->grip};
   int sizes[] = {N * N, N * N, Nh * N, N * Nh, N, N, N, Nh, N, N, Nh};
   for (int i = 0; i < 11; packed += sizes[i++]) {
     *parts[i] = packed;
@@ -87,8 +88,7 @@ static void through_modes(const bm_flow *flow, double tau, int columns,
     double growth = exp(flow->lambda_re[k] * tau);
     double angle = flow->lambda_im[k] * tau;
     if (flow->lambda_im[k] != 0.0) {
-      rotate(columns, growth * cos(angle), growth * sin(angle), S,
-             S + columns);
+      rotate(columns, growth * cos(angle), growth * sin(angle), S, S + columns);
       S += 2 * (size_t)columns;
       continue;
     }
@@ -285,17 +285,17 @@ void bm_carry(bm_carrier *it, const bm_run *run, const bm_changes *changes,
     through(it, mode ? run->free : run->held, t - now, N);
     now = t;
     switch (whole[BM_KIND]) {
-    case 0:
-      hold(it, run, changes, 1);
-      mode = BM_STICK;
-      break;
-    case 1:
-      reverse(it, run, changes, event);
-      mode = -mode;
-      break;
-    default:
-      release(it, run, changes, event);
-      mode = whole[BM_KIND] == 2 ? BM_SLIP_POS : BM_SLIP_NEG;
+      case 0:
+        hold(it, run, changes, 1);
+        mode = BM_STICK;
+        break;
+      case 1:
+        reverse(it, run, changes, event);
+        mode = -mode;
+        break;
+      default:
+        release(it, run, changes, event);
+        mode = whole[BM_KIND] == 2 ? BM_SLIP_POS : BM_SLIP_NEG;
     }
   }
   through(it, mode ? run->free : run->held, walk->length - now, N);

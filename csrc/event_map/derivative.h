@@ -22,7 +22,7 @@ void bm_carrier_free(bm_carrier *carrier);
 
 /* carrier->S (2n, 2n): free amplitudes at the end per free amplitude at the
  * start. */
-void bm_carry(bm_carrier *carrier, const bm_run *run,
-              const bm_changes *changes, const bm_walk *walk);
+void bm_carry(bm_carrier *carrier, const bm_run *run, const bm_changes *changes,
+              const bm_walk *walk);
 
 #endif

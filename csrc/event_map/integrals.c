@@ -1,9 +1,10 @@
 /* Exact integrals over a walk: squares, work and losses.
  *
  * In a phase the state is x = R u(tau), u (2L) the real parts, then the
- * imaginary parts, of L = m + H + 2 exponentials: modes, harmonics from 0, load.
- * With the Gram matrix of u over all phases of one flow every quadratic figure
- * is a contraction. With u = Re z exp(mu tau) and, as its partner, -Im z exp(mu tau),
+ * imaginary parts, of L = m + H + 2 exponentials: modes, harmonics from 0,
+ * load. With the Gram matrix of u over all phases of one flow every quadratic
+ * figure is a contraction. With u = Re z exp(mu tau) and, as its partner, -Im z
+ * exp(mu tau),
  *
  *   I(s) = integral of exp(s tau),   T = z_k z_l I(mu_k + mu_l),
  *                                    T' = z_k z_l* I(mu_k + mu_l*),
@@ -171,8 +172,8 @@ bm_status bm_integrate(const bm_flow *flow, const bm_walk *walk,
   int n = bm_coordinates(flow, phases);
   size_t square = (size_t)wide * (size_t)wide, rows = 2 * (size_t)(n * wide);
   bm_watch watch;
-  double *memory = calloc(6 * (size_t)L + square + 2 * rows + 2 * (size_t)n,
-                          sizeof(double));
+  double *memory =
+      calloc(6 * (size_t)L + square + 2 * rows + 2 * (size_t)n, sizeof(double));
   if (!memory || !bm_watch_create(&watch, flow)) {
     free(memory);
     return BM_NO_MEMORY;

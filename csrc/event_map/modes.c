@@ -170,8 +170,8 @@ static double condition_of(const modes *it) {
       if (i < k) {
         scale = fmax(fabs(of->K[d]), of->Omega * of->Omega * scale);
       }
-      right += scale * (flow->V_re[v] * flow->V_re[v] +
-                        flow->V_im[v] * flow->V_im[v]);
+      right += scale *
+               (flow->V_re[v] * flow->V_re[v] + flow->V_im[v] * flow->V_im[v]);
       left += (flow->W_re[w] * flow->W_re[w] + flow->W_im[w] * flow->W_im[w]) /
               scale;
     }
@@ -258,8 +258,8 @@ static double nearest(const modes *it, int first) {
   double Omega = it->of->Omega, least = HUGE_VAL;
   for (int a = 0; a < it->m; a++) {
     for (int h = first; h <= it->of->H; h++) {
-      double gap = hypot(it->flow.lambda_re[a],
-                         it->flow.lambda_im[a] - h * Omega);
+      double gap =
+          hypot(it->flow.lambda_re[a], it->flow.lambda_im[a] - h * Omega);
       least = fmin(least, gap / Omega);
     }
   }

@@ -23,8 +23,8 @@
 #define CLOSE 1e-5
 /* Residual that no further step improves. */
 #define ROUNDING 3e-15
-/* Pivots of 1 - S below this, relatively, are orbits that are not isolated, as of a joint
- * without a spring. */
+/* Pivots of 1 - S below this, relatively, are orbits that are not isolated, as
+ * of a joint without a spring. */
 #define LEAST_PIVOT 1e-10
 
 /* A state, its image and the walk between them. */
@@ -78,8 +78,8 @@ static bm_status follow(const shooting *it, bm_walk *walk, double *state,
   run.reaction_scale = run.Q_s;
   walk->events.count = 0;
   for (;;) {
-    bm_status status = bm_propagate(&run, (int64_t)whole,
-                                    (periods - whole) * T, &walk->events);
+    bm_status status = bm_propagate(&run, (int64_t)whole, (periods - whole) * T,
+                                    &walk->events);
     if (status != BM_FULL) {
       walk->first_mode = run.first_mode;
       walk->last_mode = run.mode;

@@ -10,12 +10,9 @@
 static double torque_of(const bm_flow *flow, const bm_phases *phases,
                         const bm_stretch *at, double tau, const double *x) {
   switch (phases->role) {
-  case BM_FREE:
-    return at->load;
-  case BM_BAND:
-    return phases->slope * x[flow->N / 2 + phases->joint];
-  default:
-    return bm_flow_signal(flow, at->begin + tau, at->load, x);
+    case BM_FREE: return at->load;
+    case BM_BAND: return phases->slope * x[flow->N / 2 + phases->joint];
+    default: return bm_flow_signal(flow, at->begin + tau, at->load, x);
   }
 }
 
@@ -67,9 +64,9 @@ BM_CLONES static void add_vectors(int N, double p, double q, double r, double s,
 /* One order of the Fourier integrals of one stretch. */
 typedef struct {
   int N;
-  double d;           /* length of the stretch                            */
-  double k, er, ei;   /* order times Omega, and exp(-i k d)                */
-  double *re, *im;    /* the integral of the state so far (N)             */
+  double d;         /* length of the stretch                            */
+  double k, er, ei; /* order times Omega, and exp(-i k d)                */
+  double *re, *im;  /* the integral of the state so far (N)             */
 } order;
 
 /* Adds the integral of Re(V z exp(mu tau)) exp(-i k tau), `growth` = exp(mu d):
@@ -144,8 +141,8 @@ static void add_torque(const bm_flow *flow, const bm_phases *phases,
   torque[1] = flow->d_c * load[1];
   for (int h = 0; h <= flow->H; h++) {
     int l = flow->m + h;
-    add_exponential(&direct, of->mu[l], of->growth[l], of->z[l],
-                    flow->D_re + h, flow->D_im + h);
+    add_exponential(&direct, of->mu[l], of->growth[l], of->z[l], flow->D_re + h,
+                    flow->D_im + h);
   }
   for (int j = 0; j < flow->N; j++) {
     torque[0] += flow->row[j] * it->re[j];

@@ -1,41 +1,8 @@
 /* beltsim._event_map: the exact map for Python. Limited API, buffers only. */
-#define PY_SSIZE_T_CLEAN
-#ifndef Py_LIMITED_API
-#define Py_LIMITED_API 0x030B0000
-#endif
-#include <Python.h>
 #include <string.h>
 
 #include "beltsim_map.h"
-
-/* Largest n: keeps every size below far from the range of int. */
-#define MOST_COORDINATES 20000
-
-/* A contiguous buffer of `format` ("d" or "q"): its address, or NULL with an
- * exception. `least` is the number of items it must hold. */
-static void *buffer_of(PyObject *object, const char *name, const char *format,
-                       int writable, Py_ssize_t least, Py_buffer *view) {
-  int flags =
-      PyBUF_C_CONTIGUOUS | PyBUF_FORMAT | (writable ? PyBUF_WRITABLE : 0);
-  if (PyObject_GetBuffer(object, view, flags) < 0) {
-    return NULL;
-  }
-  const char *found = view->format ? view->format : "B";
-  int same =
-      strcmp(found, format) == 0 ||
-      (format[0] == 'q' && strcmp(found, "l") == 0 && view->itemsize == 8);
-  if (!same) {
-    PyErr_Format(PyExc_TypeError, "%s: format '%s', must be '%s'", name, found,
-                 format);
-  } else if (view->len < least * view->itemsize) {
-    PyErr_Format(PyExc_ValueError, "%s: %zd items, must be at least %zd", name,
-                 view->len / view->itemsize, least);
-  } else {
-    return view->buf;
-  }
-  PyBuffer_Release(view);
-  return NULL;
-}
+#include "event_map_buffers.h"
 
 /* Columns of `reals` and `integers`, in and out. */
 enum {
@@ -60,33 +27,6 @@ enum {
 
 /* Columns of `search`, in and out. */
 enum { S_PERIODS, S_SIGN, S_TOLERANCE, S_RESIDUAL, S_FOLLOWED, S_COUNT };
-
-/* An argument that is a buffer. */
-typedef struct {
-  const char *name, *format;
-  int writable;
-  Py_ssize_t least;
-} wanted;
-
-static void release(Py_buffer *views, int count) {
-  for (int i = 0; i < count; i++) {
-    PyBuffer_Release(&views[i]);
-  }
-}
-
-/* All buffers of a call, or none with an exception. */
-static int take(int count, PyObject **objects, const wanted *kinds,
-                Py_buffer *views, void **data) {
-  for (int i = 0; i < count; i++) {
-    data[i] = buffer_of(objects[i], kinds[i].name, kinds[i].format,
-                        kinds[i].writable, kinds[i].least, &views[i]);
-    if (!data[i]) {
-      release(views, i);
-      return 0;
-    }
-  }
-  return 1;
-}
 
 static void pack(const bm_run *run, double *reals, int64_t *integers) {
   reals[R_TIME] = run->time;
@@ -139,8 +79,8 @@ static int sizes_hold(const sizes *of) {
 enum { FREE, HELD, REALS, INTEGERS, STATE, RUN_BUFFERS };
 
 static void run_buffers(const sizes *of, wanted *kinds) {
-  Py_ssize_t free_reals = (Py_ssize_t)bm_flow_reals(2 * of->n, of->m_free,
-                                                    of->H);
+  Py_ssize_t free_reals =
+      (Py_ssize_t)bm_flow_reals(2 * of->n, of->m_free, of->H);
   Py_ssize_t held_reals =
       (Py_ssize_t)bm_flow_reals(inner_reals(of), of->m_held, of->H);
   kinds[FREE] = (wanted){"free", "d", 0, free_reals};
@@ -233,8 +173,10 @@ static void *routine(PyObject *capsule, const char *begins) {
   }
   const char *name = PyCapsule_GetName(capsule);
   if (!name || strncmp(name, begins, strlen(begins)) != 0) {
-    return PyErr_Format(PyExc_TypeError, "a routine of type '%s', must begin "
-                        "with '%s'", name ? name : "", begins);
+    return PyErr_Format(PyExc_TypeError,
+                        "a routine of type '%s', must begin "
+                        "with '%s'",
+                        name ? name : "", begins);
   }
   return PyCapsule_GetPointer(capsule, name);
 }
@@ -305,18 +247,17 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   }
   Py_ssize_t N = 2 * of.n;
   run_buffers(&of, kinds);
-  kinds[CHANGES] =
-      (wanted){"changes", "d", 0,
-               (Py_ssize_t)bm_changes_reals(of.n, inner_reals(&of))};
+  kinds[CHANGES] = (wanted){
+      "changes", "d", 0, (Py_ssize_t)bm_changes_reals(of.n, inner_reals(&of))};
   kinds[SEARCH] = (wanted){"search", "d", 1, S_COUNT};
   kinds[HISTORY] = (wanted){"history", "d", 1, (Py_ssize_t)capacity};
   kinds[IMAGE] = (wanted){"image", "d", 1, N};
   kinds[DERIVATIVE] = (wanted){"derivative", "d", 1, N * N};
   kinds[MULTIPLIERS] = (wanted){"multipliers", "d", 1, 2 * N};
-  kinds[EVENT_INTEGERS] = (wanted){"event_integers", "q", 1,
-                                   (Py_ssize_t)rows * BM_EVENT_INTEGERS};
-  kinds[EVENT_REALS] = (wanted){"event_reals", "d", 1,
-                                (Py_ssize_t)rows * (BM_EVENT_REALS + N)};
+  kinds[EVENT_INTEGERS] =
+      (wanted){"event_integers", "q", 1, (Py_ssize_t)rows * BM_EVENT_INTEGERS};
+  kinds[EVENT_REALS] =
+      (wanted){"event_reals", "d", 1, (Py_ssize_t)rows * (BM_EVENT_REALS + N)};
   if (!take(BUFFERS, objects, kinds, views, data)) {
     return NULL;
   }
@@ -337,18 +278,18 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
   }
   bm_changes changes;
   bm_changes_unpack(&changes, data[CHANGES], of.n, inner_reals(&of));
-  bm_search search = {.periods = asked[S_PERIODS],
-                      .sign = asked[S_SIGN],
-                      .tolerance = asked[S_TOLERANCE],
-                      .residual = asked[S_RESIDUAL],
-                      .capacity = capacity,
-                      .history = data[HISTORY],
-                      .image = data[IMAGE],
-                      .derivative = data[DERIVATIVE],
-                      .lapack = &lapack,
-                      .multipliers = data[MULTIPLIERS],
-                      .events = {rows, 0, data[EVENT_INTEGERS],
-                                 data[EVENT_REALS]}};
+  bm_search search = {
+      .periods = asked[S_PERIODS],
+      .sign = asked[S_SIGN],
+      .tolerance = asked[S_TOLERANCE],
+      .residual = asked[S_RESIDUAL],
+      .capacity = capacity,
+      .history = data[HISTORY],
+      .image = data[IMAGE],
+      .derivative = data[DERIVATIVE],
+      .lapack = &lapack,
+      .multipliers = data[MULTIPLIERS],
+      .events = {rows, 0, data[EVENT_INTEGERS], data[EVENT_REALS]}};
   bm_status status;
   Py_BEGIN_ALLOW_THREADS;
   status = bm_orbit(&run, &changes, &search);
@@ -454,186 +395,14 @@ static PyObject *changes(PyObject *self, PyObject *args) {
   if (bm_flow_amplitudes(&free_flow) != N ||
       bm_flow_amplitudes(&held_flow) != Nh) {
     release(views, BUFFERS);
-    return PyErr_Format(PyExc_ValueError, "modes that are not one of each pair");
+    return PyErr_Format(PyExc_ValueError,
+                        "modes that are not one of each pair");
   }
-  bm_status status;
-  Py_BEGIN_ALLOW_THREADS;
-  status = bm_changes_fill(&free_flow, &held_flow, &joint, data[PACKED]);
-  Py_END_ALLOW_THREADS;
+  PyThreadState *state = let_go(of.n > 100);
+  bm_status status =
+      bm_changes_fill(&free_flow, &held_flow, &joint, data[PACKED]);
+  take_back(state);
   release(views, BUFFERS);
-  return Py_BuildValue("i", (int)status);
-}
-
-/* The phases of one flow of a walk, the first argument of what looks at them:
- * a tuple (n, H, m, role, joint, Omega, Q_m, slope, flow, start, end, length,
- * first_mode, event_integers, event_reals, count, state). */
-typedef struct {
-  int n, H;
-  bm_flow flow;
-  bm_walk walk;
-  bm_phases phases;
-  Py_buffer views[4];
-} walked;
-
-static int take_phases(PyObject *tuple, walked *it) {
-  enum { FLOW, EVENT_INTEGERS, EVENT_REALS, X, BUFFERS };
-  int m, role;
-  long long count;
-  double Omega;
-  PyObject *objects[BUFFERS];
-  void *data[BUFFERS];
-  if (!PyArg_ParseTuple(
-          tuple, "iiiiidddOdddiOOLO", &it->n, &it->H, &m, &role,
-          &it->phases.joint, &Omega, &it->phases.Q_m, &it->phases.slope,
-          &objects[FLOW], &it->phases.start, &it->phases.end, &it->walk.length,
-          &it->walk.first_mode, &objects[EVENT_INTEGERS],
-          &objects[EVENT_REALS], &count, &objects[X])) {
-    return 0;
-  }
-  int N = role == BM_HELD ? 2 * it->n - 2 : 2 * it->n;
-  if (it->n < 1 || it->n > MOST_COORDINATES || m < 0 || m > N || it->H < 0 ||
-      it->H > MOST_COORDINATES || !(Omega > 0.0) || count < 0 ||
-      count > 1000000000 || it->phases.joint < 0 ||
-      it->phases.joint >= it->n || role < BM_FREE || role > BM_BAND) {
-    PyErr_Format(PyExc_ValueError,
-                 "out of range: n %d, m %d, H %d, joint %d, role %d, Omega or "
-                 "count", it->n, m, it->H, it->phases.joint, role);
-    return 0;
-  }
-  Py_ssize_t many = (Py_ssize_t)count, wide = 2 * (Py_ssize_t)it->n;
-  wanted kinds[BUFFERS] = {
-      {"flow", "d", 0, (Py_ssize_t)bm_flow_reals(N, m, it->H)},
-      {"event_integers", "q", 0, many * BM_EVENT_INTEGERS},
-      {"event_reals", "d", 0, many * (BM_EVENT_REALS + wide)},
-      {"state", "d", 0, wide},
-  };
-  if (!take(BUFFERS, objects, kinds, it->views, data)) {
-    return 0;
-  }
-  bm_flow_unpack(&it->flow, data[FLOW], N, m, it->H, Omega);
-  it->phases.role = (bm_role)role;
-  it->phases.state = data[X];
-  it->walk.events = (bm_events){count, count, data[EVENT_INTEGERS],
-                                data[EVENT_REALS]};
-  return 1;
-}
-
-static void release_phases(walked *it) {
-  release(it->views, 4);
-}
-
-/* integrals(phases, F, C, squares, sums) -> status; F and C may be None.
- * `sums`: speed, work, loss, slipped. */
-static PyObject *integrals(PyObject *self, PyObject *args) {
-  (void)self;
-  enum { SQUARES, SUMS, F_, C_, BUFFERS };
-  walked it = {0};
-  PyObject *tuple, *objects[BUFFERS];
-  Py_buffer views[BUFFERS];
-  void *data[BUFFERS] = {NULL};
-  if (!PyArg_ParseTuple(args, "O!OOOO", &PyTuple_Type, &tuple, &objects[F_],
-                        &objects[C_], &objects[SQUARES], &objects[SUMS]) ||
-      !take_phases(tuple, &it)) {
-    return NULL;
-  }
-  Py_ssize_t n = it.n;
-  wanted kinds[BUFFERS] = {
-      {"squares", "d", 1, n},
-      {"sums", "d", 1, 4},
-      {"F", "d", 0, 2 * ((Py_ssize_t)it.H + 1) * n},
-      {"C", "d", 0, n * n},
-  };
-  int buffers = objects[C_] == Py_None ? F_ : BUFFERS;
-  if (!take(buffers, objects, kinds, views, data)) {
-    release_phases(&it);
-    return NULL;
-  }
-  double *sums = data[SUMS];
-  bm_integrals of = {data[F_], data[C_], data[SQUARES], sums[0],
-                     sums[1],  sums[2],  sums[3]};
-  bm_status status;
-  Py_BEGIN_ALLOW_THREADS;
-  status = bm_integrate(&it.flow, &it.walk, &it.phases, &of);
-  Py_END_ALLOW_THREADS;
-  sums[0] = of.speed;
-  sums[1] = of.work;
-  sums[2] = of.loss;
-  sums[3] = of.slipped;
-  release(views, buffers);
-  release_phases(&it);
-  return Py_BuildValue("i", (int)status);
-}
-
-/* sample(phases, count, t, x, torque) -> status */
-static PyObject *sample(PyObject *self, PyObject *args) {
-  (void)self;
-  enum { T, X, TORQUE, BUFFERS };
-  walked it = {0};
-  long long count;
-  PyObject *tuple, *objects[BUFFERS];
-  Py_buffer views[BUFFERS];
-  void *data[BUFFERS];
-  if (!PyArg_ParseTuple(args, "O!LOOO", &PyTuple_Type, &tuple, &count,
-                        &objects[T], &objects[X], &objects[TORQUE]) ||
-      !take_phases(tuple, &it)) {
-    return NULL;
-  }
-  int valid = count >= 0 && count <= 1000000000;
-  Py_ssize_t many = valid ? (Py_ssize_t)count : 0;
-  wanted kinds[BUFFERS] = {
-      {"t", "d", 0, many},
-      {"x", "d", 1, many * 2 * (Py_ssize_t)it.n},
-      {"torque", "d", 1, many},
-  };
-  if (!valid) {
-    PyErr_Format(PyExc_ValueError, "count %lld out of range", count);
-  }
-  if (!valid || !take(BUFFERS, objects, kinds, views, data)) {
-    release_phases(&it);
-    return NULL;
-  }
-  bm_samples to = {count, data[T], data[X], data[TORQUE]};
-  bm_status status;
-  Py_BEGIN_ALLOW_THREADS;
-  status = bm_sample(&it.flow, &it.walk, &it.phases, &to);
-  Py_END_ALLOW_THREADS;
-  release(views, BUFFERS);
-  release_phases(&it);
-  return Py_BuildValue("i", (int)status);
-}
-
-/* fourier(phases, count, first, step, values) -> status */
-static PyObject *fourier(PyObject *self, PyObject *args) {
-  (void)self;
-  walked it = {0};
-  bm_coefficients to;
-  PyObject *tuple, *object;
-  Py_buffer view;
-  if (!PyArg_ParseTuple(args, "O!iiiO", &PyTuple_Type, &tuple, &to.count,
-                        &to.first, &to.step, &object) ||
-      !take_phases(tuple, &it)) {
-    return NULL;
-  }
-  int valid = to.count >= 0 && to.count <= 10000000 && to.first >= 0 &&
-              to.first <= 1 && to.step >= 1 && to.step <= 2;
-  Py_ssize_t row = 2 * (2 * (Py_ssize_t)it.n + 1);
-  to.values = NULL;
-  if (!valid) {
-    PyErr_Format(PyExc_ValueError, "orders out of range: %d from %d by %d",
-                 to.count, to.first, to.step);
-  } else {
-    to.values = buffer_of(object, "values", "d", 1, to.count * row, &view);
-  }
-  if (!to.values) {
-    release_phases(&it);
-    return NULL;
-  }
-  bm_status status;
-  Py_BEGIN_ALLOW_THREADS;
-  status = bm_fourier(&it.flow, &it.walk, &it.phases, &to);
-  Py_END_ALLOW_THREADS;
-  PyBuffer_Release(&view);
-  release_phases(&it);
   return Py_BuildValue("i", (int)status);
 }
 

@@ -29,12 +29,12 @@
 typedef enum { BM_STICK = 0, BM_SLIP_POS = 1, BM_SLIP_NEG = -1 } bm_mode;
 
 typedef enum {
-  BM_OK = 0,         /* the end of the run was reached                     */
-  BM_FULL = 1,       /* the event buffer is full: drain it and go on       */
-  BM_NO_MEMORY = -1, /* the workspace could not be allocated               */
-  BM_CHATTER = -2,   /* more events than this system can have              */
+  BM_OK = 0,          /* the end of the run was reached                     */
+  BM_FULL = 1,        /* the event buffer is full: drain it and go on       */
+  BM_NO_MEMORY = -1,  /* the workspace could not be allocated               */
+  BM_CHATTER = -2,    /* more events than this system can have              */
   BM_NOT_FINITE = -3, /* the state left the range of double                */
-  BM_NO_MODES = -4   /* LAPACK found no eigenvalues                        */
+  BM_NO_MODES = -4    /* LAPACK found no eigenvalues                        */
 } bm_status;
 
 /* Amplitudes of a flow that comes as cells. */
@@ -173,12 +173,12 @@ typedef struct {
   const double *stick;      /* free amplitudes to held ones (Nh, 2n)         */
   const double *release;    /* and back (2n, Nh)                             */
   const double *place, *velocity; /* the joint's, of free amplitudes (2n)    */
-  const double *position;   /* free amplitudes per unit of held place (2n)   */
-  const double *impact;     /* held ones per unit of velocity at a stop (Nh) */
+  const double *position;    /* free amplitudes per unit of held place (2n)   */
+  const double *impact;      /* held ones per unit of velocity at a stop (Nh) */
   const double *push, *kick; /* free ones per unit of torque jump, and of the
                                 joint's acceleration with the rest held (2n) */
-  const double *grip;       /* reaction, of held amplitudes (Nh)             */
-  double grip_c, mass;      /* reaction per unit of place; the joint's mass  */
+  const double *grip;        /* reaction, of held amplitudes (Nh)             */
+  double grip_c, mass;       /* reaction per unit of place; the joint's mass  */
 } bm_changes;
 
 /* Reals of packed changes: the arrays in that order, then the two numbers. */
@@ -186,8 +186,8 @@ int64_t bm_changes_reals(int n, int Nh);
 void bm_changes_unpack(bm_changes *changes, const double *packed, int n,
                        int Nh);
 
-/* The joint at an event: m_t = M_qq^-1 M_qt (n - 1), mass = M_tt - M_tq m_t, push
- * = M^-1 e_t (n). */
+/* The joint at an event: m_t = M_qq^-1 M_qt (n - 1), mass = M_tt - M_tq m_t,
+ * push = M^-1 e_t (n). */
 typedef struct {
   int index;
   double mass;
@@ -220,8 +220,8 @@ typedef struct {
   const bm_lapack *lapack; /* for the multipliers, or NULL                   */
   double *multipliers; /* out: eigenvalues of the derivative, complex (2n)   */
   int first_mode, last_mode; /* out: of the last walk                       */
-  bm_events events;   /* out: its events. When they do not fit, `count` is  */
-                      /* above the capacity and none are written            */
+  bm_events events; /* out: its events. When they do not fit, `count` is  */
+                    /* above the capacity and none are written            */
 } bm_search;
 
 /* Real amplitudes of a flow; bm_orbit needs N of each. */
