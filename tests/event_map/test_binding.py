@@ -159,10 +159,10 @@ def orbit_arguments():
     return {name: shared[name] for name in names} | {
         "changes": changes_of(problem),
         "search": np.array([1.0, 1.0, 1e-12, 0.0, 0.0]),
-        "history": np.empty(20),
-        "image": np.empty(6),
-        "derivative": np.empty((6, 6)),
-        "multipliers": np.empty(12),
+        "history": np.zeros(20),
+        "image": np.zeros(6),
+        "derivative": np.zeros((6, 6)),
+        "multipliers": np.zeros(12),
         "event_integers": np.zeros((9, 3), dtype=np.int64),
         "event_reals": np.zeros((9, WIDTH + 6)),
         "history_capacity": 20,
@@ -186,7 +186,7 @@ def modes_arguments():
         "row": part.row,
         "direct": binding.pairs(part.D),
         "d_c": 0.0,
-        "packed": np.empty(_event_map.flow_reals(6, 6, H)[1]),
+        "packed": np.zeros(_event_map.flow_reals(6, 6, H)[1]),
     }
 
 
@@ -202,7 +202,7 @@ def changes_arguments():
         "mass": flows.mass,
         "m_t": flows.m_t,
         "push": flows.push,
-        "packed": np.empty_like(changes_of(problem)),
+        "packed": np.zeros_like(changes_of(problem)),
     }
 
 
