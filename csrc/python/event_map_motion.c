@@ -90,7 +90,7 @@ PyObject *integrals(PyObject *self, PyObject *args) {
   double *sums = data[SUMS];
   bm_integrals of = {data[F_], data[C_], data[SQUARES], sums[0],
                      sums[1],  sums[2],  sums[3]};
-  PyThreadState *state = let_go(it.walk.events.count > 20);
+  PyThreadState *state = let_go((it.walk.events.count + 1) * it.n > 200);
   bm_status status = bm_integrate(&it.flow, &it.walk, &it.phases, &of);
   take_back(state);
   sums[0] = of.speed;
@@ -131,7 +131,7 @@ PyObject *sample(PyObject *self, PyObject *args) {
     return NULL;
   }
   bm_samples to = {count, data[T], data[X], data[TORQUE]};
-  PyThreadState *state = let_go(count > 400);
+  PyThreadState *state = let_go(count * it.n > 1000);
   bm_status status = bm_sample(&it.flow, &it.walk, &it.phases, &to);
   take_back(state);
   release(views, BUFFERS);
@@ -165,7 +165,8 @@ PyObject *fourier(PyObject *self, PyObject *args) {
     return NULL;
   }
   to.values = values;
-  PyThreadState *state = let_go(it.walk.events.count > 20 || to.count > 100);
+  PyThreadState *state =
+      let_go((it.walk.events.count + 1) * to.count * it.n > 1000);
   bm_status status = bm_fourier(&it.flow, &it.walk, &it.phases, &to);
   take_back(state);
   release(&view, 1);
