@@ -135,31 +135,36 @@ def path(table, weight, images, mobility, free, most):
 
 
 @compiled
-def of_cells(h, images, edges):
+def of_cells(h, weight, images, edges):
     """Instants of a torque whose cell averages are `h` (N,), one in each cell between bounds.
+
+    `weight` (N,) is images/pi times the cells' widths.
 
     Returns their number and the torque's sign just before the first one; they fill `edges`.
     """
-    N, period = len(h), 2.0 * np.pi / images
-    width, begin = period / N, 0
+    N, begin, angle = len(h), 0, 0.0
     for j in range(N):
         if abs(h[j]) >= 1.0 - AT_BOUND:
             begin = j
             break
+    for j in range(begin):
+        angle += np.pi / images * weight[j]
     first = 1.0 if h[begin] > 0.0 else -1.0
     sign, count = first, 0
     for j in range(begin, begin + N):
         level = h[j] if j < N else h[j - N] * (3 - 2 * images)
+        start, width = angle, np.pi / images * weight[j if j < N else j - N]
+        angle = start + width
         if abs(level) < 1.0 - AT_BOUND:
-            edges[count] = width * (j + 0.5 * (1.0 + sign * level))
+            edges[count] = start + width * (0.5 * (1.0 + sign * level))
         elif sign * level < 0.0:
-            edges[count] = width * j
+            edges[count] = start
         else:
             continue
         count += 1
         sign = -sign
     if sign != first * (3 - 2 * images):
-        edges[count] = width * (begin + N)
+        edges[count] = angle
         count += 1
     return wrapped(edges, count, first, images)
 
@@ -379,16 +384,18 @@ def searched(
     _, A, free = scaled(mobility, velocity, Q_m)
     h, _ = path(table, weight, images, A, free, 12 * len(table))
     return from_cells(
-        h, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
+        h, weight, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
     )
 
 
 @compiled
-def from_cells(h, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still):
-    """`searched`, from the torque `h` (N,) in equal cells."""
+def from_cells(
+    h, weight, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
+):
+    """`searched`, from the torque `h` (N,) in cells of any widths."""
     size, A, free = scaled(mobility, velocity, Q_m)
     edges = np.empty(2 * len(h) + 2)
-    count, sign = of_cells(h, images, edges)
+    count, sign = of_cells(h, weight, images, edges)
     count, sign, pairs, worst, steps = polished(
         edges, count, sign, orders, images, A, free, grid, tolerance, most
     )

@@ -50,7 +50,7 @@ PIECES = 6
 #: Residual at which the interior-point method stops, and the largest that counts as converged.
 STOP, ACCEPTED = 1e-9, 1e-5
 #: Largest gap that counts as converged, whatever smaller one was asked for.
-ACCEPTED_GAP = 5e-3
+ACCEPTED_GAP = 1e-4
 #: Relative size below which a static stiffness is the rounding of its terms.
 RIGID = 1e-12
 #: A torque in a cell closer to its bound than this, relative, is at it.
@@ -236,7 +236,7 @@ def _in_cells(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
             break  # cells finer than rounding can tell apart
         if cells.sampled or found.gap <= settings.tolerance:
             break
-        edged = _edged(condensed, h, Q_m)
+        edged = _edged(condensed, cells, h, Q_m)
         if edged.gap < found.gap and (best is None or edged.gap < best.gap):
             best, worst = edged, edged.residuals[0]
             if best.gap <= settings.tolerance:
@@ -244,7 +244,8 @@ def _in_cells(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
         cells = refined(cells, h, 1.0, PIECES)
         if len(cells.weight) * cells.images > MOST_CELLS * (int(cells.orders[-1]) + 1):
             break
-    if best is None or not (cells.sampled or best.gap <= ACCEPTED_GAP):
+    accepted = max(ACCEPTED_GAP, settings.tolerance)
+    if best is None or not (cells.sampled or best.gap <= accepted):
         shown = best or found
         message = (
             f"set-valued harmonic balance stopped at residual {min(worst, *history):.2g}, gap "
@@ -256,10 +257,10 @@ def _in_cells(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     return replace(best, residuals=tuple(history), iterations=len(history))
 
 
-def _edged(condensed: Condensed, h: FloatArray, Q_m: float) -> Solved:
+def _edged(condensed: Condensed, cells: Cells, h: FloatArray, Q_m: float) -> Solved:
     """Switching instants, started from the torque in cells."""
     rounded = np.where(np.abs(h) > 1.0 - EDGE, np.sign(h), h)
-    return _of_instants(_switching.from_cells(rounded, *_search(condensed, Q_m)))
+    return _of_instants(_switching.from_cells(rounded, cells.weight, *_search(condensed, Q_m)))
 
 
 def _solved(

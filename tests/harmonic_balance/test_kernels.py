@@ -186,6 +186,26 @@ def test_harmonics_of_instants_are_fourier_integrals() -> None:
         assert pairs[0::2] - 1j * pairs[1::2] == pytest.approx(np.array(expected), abs=1e-4)
 
 
+@pytest.mark.parametrize("images", [1, 2])
+def test_instants_are_read_from_cells_of_any_widths(images: int) -> None:
+    for seed in range(20):
+        draw = np.random.default_rng(seed)
+        period, N = 2.0 * np.pi / images, 40
+        inner = np.sort(draw.uniform(0.0, period, N - 1))
+        bounds = np.concatenate([[0.0], inner, [period]])
+        places = np.sort(draw.choice(np.arange(0, N - 1, 3), 6 + (images == 2), replace=False))
+        instants = bounds[places] + draw.uniform(0.1, 0.9, len(places)) * np.diff(bounds)[places]
+        h = (-1.0) ** np.searchsorted(instants, 0.5 * (bounds[1:] + bounds[:-1]))
+        before = (-1.0) ** np.arange(len(places))
+        share = (instants - bounds[places]) / np.diff(bounds)[places]
+        h[places] = before * (2.0 * share - 1.0)  # the average of both sides
+        edges = np.empty(2 * N + 2)
+        weight = images * np.diff(bounds) / np.pi
+        count, sign = _switching.of_cells(h, weight, images, edges)
+        assert edges[:count] == pytest.approx(instants, abs=1e-12)
+        assert sign == 1.0
+
+
 def test_the_path_in_cells_is_complementary() -> None:
     problem = random_problem(4, 5, static=False, share=0.5, harmonics=2)
     condensed = condense(problem, 9)

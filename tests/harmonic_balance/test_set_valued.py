@@ -53,13 +53,37 @@ def test_every_torque_converges_from_a_cold_start(seed: int, R: int) -> None:
         assert np.abs(found.friction_torque).max() <= max(share, 1.0) * Q_cr * (1.0 + 1e-6)
 
 
-@pytest.mark.parametrize(("R", "seed"), [(51, 20), (101, 3)])
-def test_many_harmonics(R: int, seed: int) -> None:
-    problem = random_problem(seed, 4, static=False, share=0.6)
-    coarse = Settings(estimate=False, tolerance=1e-3)
-    found = solve(problem, R, coarse)
-    assert found.statistics["complementarity_gap"] < 1e-3
+@pytest.mark.parametrize(("R", "seed", "many"), [(51, 20, None), (101, 3, None), (201, 6, 1)])
+def test_many_harmonics(R: int, seed: int, many: int | None) -> None:
+    problem = random_problem(seed, 4, static=False, share=0.6, harmonics=many)
+    found = solve(problem, R, BARE)
+    assert found.statistics["complementarity_gap"] < 1e-5
     assert found.statistics["balance_residual"] < 1e-10
+
+
+def test_no_torque_fails_with_up_to_201_harmonics(full) -> None:
+    if not full:
+        pytest.skip("many solutions: --full")
+    for R, seeds in ((11, 2000), (25, 500), (51, 150), (101, 40), (201, 12)):
+        for seed in range(60_000, 60_000 + seeds):
+            problem = random_problem(seed, static=False)
+            condensed, Q_cr = condense(problem, R), linear.critical_torque(problem)
+            shares = np.random.default_rng(seed).uniform((0.0, 0.3, 0.9), (0.3, 0.9, 1.0))
+            for share in (1e-6, *shares, 0.999, 1.3):
+                found = set_valued.solve(condensed, share * Q_cr, BARE)
+                assert found.gap <= 1e-4
+
+
+@pytest.mark.parametrize(
+    ("seed", "share"), [(50_131, 0.92527), (50_423, 0.93352), (51_265, 0.70843), (51_978, 0.32198)]
+)
+def test_where_the_search_does_not_settle_the_cells_lead_to_the_instants(seed, share) -> None:
+    problem = random_problem(seed, static=False)
+    condensed = condense(problem, 11)
+    Q_m = share * linear.critical_torque(problem)
+    first = set_valued._searched(condensed, Q_m, set_valued.SEARCH_CELLS[0])
+    assert first.gap > 1e-5
+    assert set_valued.solve(condensed, Q_m, BARE).gap < 1e-9
 
 
 @pytest.mark.parametrize("seed", range(6))
