@@ -117,6 +117,8 @@ class Observable:
             (self.lower, -1.0, "falls below", "lowest"),
             (self.upper, 1.0, "exceeds", "highest"),
         ):
+            if np.isinf(limit):
+                continue
             beyond = sign * (values - limit) > 0.0
             if not beyond.any():
                 continue
@@ -230,6 +232,19 @@ class FrictionProblem:
         """Block of `matrix` ("M", "C", "G", "K"); `rows` and `columns` are "q" or "t"."""
         index = {"q": self.others, "t": np.atleast_1d(np.asarray(self.joint, dtype=int))}
         found: FloatArray = getattr(self, matrix)[np.ix_(index[rows], index[columns])]
+        return found
+
+    def limit_warnings(self, t: FloatArray, q: FloatArray) -> list[str]:
+        """A sentence per limit of an observable that coordinates `q` (nt, n) at `t` (nt,) cross."""
+        if not len(t) or not self.observables:
+            return []
+        orders = np.arange(max(len(seen.cos) for seen in self.observables))
+        angle = np.multiply.outer(np.asarray(t) * self.forcing.Omega, orders)
+        cos, sin, found = np.cos(angle), np.sin(angle), []
+        for seen in self.observables:
+            own = slice(len(seen.cos))
+            values = q @ seen.row + cos[:, own] @ seen.cos + sin[:, own] @ seen.sin
+            found += seen.warnings(values)
         return found
 
     def freed(self) -> FrictionProblem:

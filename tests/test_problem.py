@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from support.problems import problems, random_problem
 
+import beltsim
 from beltsim.errors import InvalidProblemError
 from beltsim.forcing import HarmonicForcing
 from beltsim.friction import Coulomb, SaturatedCoulomb
@@ -366,3 +367,15 @@ def test_limits_of_angles_are_told_in_degrees():
     assert text.startswith("angle exceeds 5.72958 deg 1 time in the last period, ")
     assert text.endswith("highest 11.4592 deg from the reference")
     assert SEEN.shown == (1.0, "")
+
+
+def test_limit_warnings_are_those_of_each_observable():
+    problem = beltsim.assemble(beltsim.presets.zhu_parker_2008(), 6.3, friction=Coulomb(1.0))
+    t = np.linspace(0.0, problem.period, 50)
+    q = 0.3 * np.sin(np.outer(t, np.arange(1, problem.n + 1)))
+    wanted = []
+    for seen in problem.observables:
+        wanted += seen.warnings(seen.at(t, q, problem.forcing.Omega))
+    assert wanted
+    assert problem.limit_warnings(t, q) == wanted
+    assert problem.limit_warnings(t[:0], q[:0]) == []

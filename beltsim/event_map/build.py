@@ -128,7 +128,5 @@ def warnings_of(
     """
     t, q = samples
     inside = t >= span[0]
-    found = list(problem.warnings)
-    for seen in problem.observables if inside.any() else ():
-        found += seen.warnings(seen.at(t[inside], q[inside], problem.forcing.Omega))
-    return (*found, *grazing_warnings(events, touches, span))
+    crossed = problem.limit_warnings(t[inside], q[inside])
+    return (*problem.warnings, *crossed, *grazing_warnings(events, touches, span))

@@ -147,29 +147,41 @@ def _orbit_response(problem: FrictionProblem, found: Shooting, settings: Setting
         "half_wave": int(found.half),
         "residual": found.residual,
     }
-    return orbit_of(problem, run, found.multipliers, None, statistics, settings, found.half)
+    return orbit_of(problem, run, found.multipliers, statistics, settings, found.half)
 
 
 def _resting(problem: FrictionProblem, rest: tuple[float, float], settings: Settings) -> Response:
     """The locked orbit at the middle of the rest interval."""
-    run = walk(problem, at_rest(problem, rest_place(rest)), 1.0)
-    multipliers = resting_multipliers(problem)
-    statistics = {"solver": "event_map", "multiple": 1, "newton_steps": 0, "residual": 0.0}
-    found = orbit_of(problem, run, multipliers, rest, statistics, settings)
-    if not may_move_too(problem):
-        return found
+    motion = _rest_motion(problem, rest_place(rest), settings)
     text = (
         f"the joint is locked, but Q_m is below Q_cr = {locked(problem).Q_m_cr:.6g}: a moving "
         "orbit may exist beside it; give a state of it as guess to find it"
     )
-    return replace(found, warnings=(*found.warnings, text))
+    warnings = (*motion.warnings, text) if may_move_too(problem) else motion.warnings
+    return replace(motion, problem=problem, rest_interval=rest, warnings=warnings)
+
+
+def _rest_motion(problem: FrictionProblem, place: float, settings: Settings) -> Response:
+    """The motion around a joint at rest: made once for all torques that hold it with certainty."""
+    law = problem.friction
+    assert isinstance(law, Coulomb)
+    certain = (law.Q_s or 0.0) > (1.0 + 1e-9) * locked(problem).Q_m_cr
+    kept = problem.shared.get("event_map.resting")
+    if certain and kept is not None and kept[0] == (place, settings):
+        found: Response = kept[1]
+        return found
+    run = walk(problem, at_rest(problem, place), 1.0)
+    statistics = {"solver": "event_map", "multiple": 1, "newton_steps": 0, "residual": 0.0}
+    found = orbit_of(problem, run, resting_multipliers(problem), statistics, settings)
+    if certain:
+        problem.shared["event_map.resting"] = ((place, settings), found)
+    return found
 
 
 def orbit_of(
     problem: FrictionProblem,
     run: Walk,
     multipliers: ComplexArray,
-    rest: tuple[float, float] | None,
     statistics: dict[str, Any],
     settings: Settings,
     symmetric: bool = False,
@@ -210,7 +222,6 @@ def orbit_of(
         coefficients=coefficients,
         torque_coefficients=torque_coefficients,
         multipliers=multipliers,
-        rest_interval=rest,
         warnings=(
             *build.warnings_of(problem, (t, q), events, touches, (0.0, run.end)),
             *_unstable(multipliers),

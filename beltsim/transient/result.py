@@ -194,11 +194,8 @@ def _warnings(
     count = int(rec.counts[0])
     t = rec.sample_t[:count]
     inside = t >= span[0]
-    for observable in problem.observables:
-        values = observable.at(
-            t[inside], rec.sample_state[:count][inside, : problem.n], problem.forcing.Omega
-        )
-        found += observable.warnings(values)
+    q = rec.sample_state[:count, : problem.n]
+    found += problem.limit_warnings(t[inside], q[inside])
     found += grazing_warnings(events, grazing, span)
     if isinstance(problem.friction, SaturatedCoulomb):
         found += _band_warnings(driver, seen)

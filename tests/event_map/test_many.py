@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from support.problems import random_problem
 
-from beltsim import Coulomb, event_map
+from beltsim import Coulomb, FrictionProblem, event_map, linear
 from beltsim.errors import InvalidProblemError, NotPeriodicError
 
 SETTINGS = event_map.Settings(samples_per_period=1, harmonics=0)
@@ -60,3 +60,20 @@ def test_bad_workers_are_refused(workers):
 
 def test_empty_grid():
     assert event_map.solve_many([]) == []
+
+
+def test_locked_joints_of_one_system_share_their_motion_only():
+    """Each keeps its own law and rest interval, and equals what a fresh problem gives."""
+    problem = random_problem(4, n=3, static=False)
+    Q_cr = linear.critical_torque(problem)
+    problems = [problem.with_friction(Coulomb(Q_cr * share)) for share in (1.2, 1.5, 3.0)]
+    found = event_map.solve_many(problems, workers=1)
+    for one, orbit in zip(problems, found, strict=True):
+        fresh = FrictionProblem(one.M, one.C, one.G, one.K, one.joint, one.forcing, one.friction)
+        alone = event_map.periodic(fresh)
+        assert orbit.problem is one
+        assert orbit.rest_interval == alone.rest_interval
+        assert np.array_equal(orbit.q, alone.q)
+        assert np.array_equal(orbit.friction_torque, alone.friction_torque)
+        assert orbit.warnings == alone.warnings
+    assert found[0].rest_interval != found[1].rest_interval
