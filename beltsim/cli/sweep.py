@@ -22,12 +22,13 @@ from beltsim.cli.mistakes import Mistakes
 from beltsim.cli.operation import rpm_of
 from beltsim.cli.progress import progress
 from beltsim.cli.source import Source, read_source
+from beltsim.cli.steady import warning_lines
 from beltsim.cli.text import complain, say, short, table
 from beltsim.errors import InvalidProblemError, Mistake, ResultFileError
 from beltsim.io import require_writable, save_dataset
 from beltsim.model.scaling import scale
 
-#: Failed points that are listed; the rest is counted.
+#: Failures that are listed; the rest is counted.
 LISTED = 5
 
 
@@ -54,16 +55,26 @@ def run(options: argparse.Namespace) -> int:
     written, trouble = _write(job, found, None if options.no_plot else options.format)
     say(job.source.drive.name or job.stem.name, f"  {_extent(found)}", *_band_lines(job), "")
     say(*table(_TITLES, [_row(found.isel(Q_m=i)) for i in range(found.sizes["Q_m"])]))
+    say(*warning_lines(_slack(found)))
     if written:
         say("", "Written", *(f"  {path}" for path in written))
-    failed = np.argwhere(found.failure.values != "")
-    for row, column in failed[:LISTED]:
-        where = f"{found.crank_speed[row].item():.0f} rpm, Q_m = {found.Q_m[column].item():.4g}"
-        complain(f"{where}: {found.failure.values[row, column]}")
-    if len(failed) > LISTED:
-        complain(f"{len(failed) - LISTED} more points failed; the dataset says why")
+    failures = _failures(found)
+    for text in failures[:LISTED]:
+        complain(text)
+    if len(failures) > LISTED:
+        complain(f"{len(failures) - LISTED} more failures; the dataset says why")
     complain(trouble)
-    return 1 if trouble or (options.strict and len(failed)) else 0
+    return 1 if trouble or (options.strict and failures) else 0
+
+
+def _failures(found: Any) -> list[str]:
+    """Why points have no solution; torques that share speed and reason in one sentence."""
+    said = []
+    for speed, reasons in zip(found.crank_speed.values, found.failure.values, strict=True):
+        for reason in dict.fromkeys(reasons[reasons != ""].tolist()):
+            torques = ", ".join(f"{Q:.4g}" for Q in found.Q_m.values[reasons == reason])
+            said.append(f"{speed:.0f} rpm, Q_m = {torques}: {reason}")
+    return said
 
 
 _TITLES = ("Q_m", "N m", "arm deg", "at rpm", "tension N", "at rpm", "loss W", "at rpm", "failed")
@@ -94,6 +105,21 @@ def _figures(found: Any) -> dict[str, Any]:
         "largest dynamic tension (N)": tension.max("span") * tension.attrs["si_scale"],
         "friction loss (W)": energy * energy.attrs["si_scale"] / period_s,
     }
+
+
+def _slack(found: Any) -> tuple[str, ...]:
+    """Which spans push, where the model is no belt's."""
+    tension, said = found.lowest_tension, []
+    for k in range(found.sizes["span"]):
+        values = tension.isel(span=k)
+        slack = int((values < 0.0).sum())
+        if slack:
+            far = float(values.min()) * tension.attrs["si_scale"]
+            count = f"{slack} of {int(values.notnull().sum())} points"
+            said.append(
+                f"tension of span {k + 1} falls below 0 N at {count}, as far as {far:.6g} N"
+            )
+    return tuple(said)
 
 
 def _extent(found: Any) -> str:

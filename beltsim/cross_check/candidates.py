@@ -21,8 +21,9 @@ from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
 
-#: Samples per forcing period of every motion: the residuals' quadrature is then good to 1e-7.
-SAMPLES = 4000
+#: Samples per period of the highest excited harmonic: the residuals' quadrature is then good to
+#: 1e-7. Up to so many harmonics; more excite nothing that needs finer steps.
+SAMPLES, MOST_HARMONICS = 4000, 8
 #: Tolerance of CVODE, and the period residual at which its motion counts as steady.
 RTOL, STEADY = 1e-9, 1e-9
 #: Forcing periods that CVODE runs at a time, and in all.
@@ -102,12 +103,19 @@ def candidates(
         yield found[-1]
 
 
+def samples_per_period(problem: FrictionProblem) -> int:
+    """Samples per forcing period, which may hold several periods of what excites most."""
+    excited = np.flatnonzero(np.any(problem.forcing.coefficients != 0.0, axis=1))
+    return SAMPLES * int(np.clip(excited.max(initial=1), 1, MOST_HARMONICS))
+
+
 def _event_map(
     name: str, problem: FrictionProblem, found: list[Candidate], tolerance: float
 ) -> Candidate:
     del found, tolerance
     multiple = MOST_MULTIPLE if _static(problem) else 1
-    settings = event_map.Settings(samples_per_period=SAMPLES, max_multiple=multiple, harmonics=0)
+    samples = samples_per_period(problem)
+    settings = event_map.Settings(samples_per_period=samples, max_multiple=multiple, harmonics=0)
     orbit = event_map.periodic(problem, settings)
     periods = int(orbit.statistics["multiple"])
     note = "exact orbit" if periods == 1 else f"exact orbit of {periods} forcing periods"
@@ -123,7 +131,10 @@ def _transient(
     del tolerance
     period = next((one.motion.periods for one in found if one.motion is not None), 1)
     settings = transient.Settings(
-        rtol=RTOL, samples_per_period=SAMPLES, kept_periods=float(period), event_states=True
+        rtol=RTOL,
+        samples_per_period=samples_per_period(problem),
+        kept_periods=float(period),
+        event_states=True,
     )
     run, done, state = None, 0, None
     stretch = period * math.ceil(STRETCH / period)
@@ -230,7 +241,8 @@ def _raised(problem: FrictionProblem, tolerance: float, **settings: Any) -> tupl
 
     Where more harmonics do not converge, the last that did.
     """
-    chosen = harmonic_balance.Settings(samples_per_period=SAMPLES, **settings)
+    samples = samples_per_period(problem)
+    chosen = harmonic_balance.Settings(samples_per_period=samples, **settings)
     least = len(problem.forcing.cos) - 1
     ladder = [R for R in HARMONICS if least <= R]
     joint = problem.joint or 0

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from beltsim import event_map, harmonic_balance
-from beltsim.errors import InvalidProblemError, Mistake, NotPeriodicError
+from beltsim.errors import InvalidProblemError, NotPeriodicError
 from beltsim.friction import Coulomb
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
@@ -40,7 +40,8 @@ def pattern_of(response: Response) -> harmonic_balance.Pattern:
     modes = np.array([initial_mode, *log.modes_after(initial_mode)])
     last = np.flatnonzero((log.t >= end - period) & (log.t < end))
     if not len(last):
-        raise InvalidProblemError(Mistake("pattern", "no event in the last period", "two at least"))
+        text = "no event in its last period, and a pattern needs two: the joint rests"
+        raise InvalidProblemError(f"this response gives no pattern: {text}")
     phase = np.mod(log.t[last], period)
     order = np.argsort(phase, kind="stable")
     kinds = tuple(log.kind[last][order].tolist())

@@ -76,6 +76,11 @@ def labelled(
         gathered("peak_dynamic_tension", spans),
         {"long_name": "largest dynamic tension (eq. 28)", **_si(problem, newtons, "N")},
     )
+    variables["lowest_tension"] = (
+        (*grid, "span"),
+        gathered("lowest_tension", spans),
+        {"long_name": "lowest tension, steady and dynamic", **_si(problem, newtons, "N")},
+    )
     if signals:
         variables["amplitude"] = (
             (*grid, "signal", "harmonic"),

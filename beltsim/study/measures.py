@@ -18,11 +18,12 @@ from beltsim.metrics.span_rms import span_rms
 from beltsim.metrics.span_tensions import (
     dynamic_tensions,
     peak_dynamic_tensions,
+    steady_tensions,
     tension_harmonics,
 )
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
-from beltsim.study.methods import HarmonicBalance, Method
+from beltsim.study.methods import EventMap, HarmonicBalance, Method
 
 #: Scalars that a study keeps under the name they have in a response.
 FIGURES = {
@@ -49,12 +50,16 @@ def measured(response: Response, method: Method, signals: tuple[int, ...], harmo
     problem, c = response.problem, response.coefficients
     multiple = float(response.statistics.get("multiple", 1))
     rms = method.rms(response)
+    peak, lowest = _tensions(response)
+    if isinstance(method, EventMap) and method.harmonics < problem.forcing.n_harmonics:
+        peak = lowest = np.full(len(peak), np.nan)  # too short a series says nothing of tensions
     found = {name: getattr(response, name) for name in FIGURES}
     return found | {
         "dissipated_energy": response.dissipated_energy / multiple,
         "rms": rms,
         "span_rms": span_rms(problem, rms),
-        "peak_dynamic_tension": _peaks(response),
+        "peak_dynamic_tension": peak,
+        "lowest_tension": lowest,
         "reversals_of_series": _series_reversals(response, method),
         "phases_per_period": _phases(response) / multiple,
         "period_multiple": multiple,
@@ -69,6 +74,7 @@ def measured_locked(problem: FrictionProblem, signals: tuple[int, ...], harmonic
     """The same values for an arm that is locked for good: a linear response."""
     c = linear.response(problem, locked=True)
     rms = rms_of_coefficients(c)
+    lowest = _lowest(problem, _over_a_period(problem, c))
     return {
         "dissipated_energy": 0.0,
         "stick_fraction": 1.0,
@@ -77,6 +83,7 @@ def measured_locked(problem: FrictionProblem, signals: tuple[int, ...], harmonic
         "rms": rms,
         "span_rms": span_rms(problem, rms),
         "peak_dynamic_tension": peak_dynamic_tensions(problem, c),
+        "lowest_tension": lowest,
         "reversals_of_series": 0.0,
         "phases_per_period": 1.0,
         "period_multiple": 1.0,
@@ -101,20 +108,33 @@ def _may_move(problem: FrictionProblem) -> bool:
     return law is not None and law.Q_m < linear.critical_torque(problem)
 
 
-def _peaks(response: Response) -> Any:
-    """Largest |P_d| of each span: of the series where there is one, else over the samples."""
+def _tensions(response: Response) -> tuple[Any, Any]:
+    """Largest |P_d| and lowest tension of each span: of the series, or else over the samples."""
+    problem = response.problem
     if response.coefficients is None:
-        return np.abs(dynamic_tensions(response)).max(axis=0)
-    c = tension_harmonics(response.problem, response.coefficients)
+        values = dynamic_tensions(response)
+        return np.abs(values).max(axis=0), _lowest(problem, values)
+    values = _over_a_period(problem, response.coefficients)
+    size, count = np.abs(values), len(values)
+    top, spans = size.argmax(axis=0), np.arange(size.shape[1])
+    left, middle, right = (size[(top + k) % count, spans] for k in (-1, 0, 1))
+    bend = left - 2.0 * middle + right  # the parabola through the top and its neighbours
+    peak = middle - (right - left) ** 2 / (8.0 * np.where(bend < 0.0, bend, -np.inf))
+    return peak, _lowest(problem, values)
+
+
+def _over_a_period(problem: FrictionProblem, coefficients: Any) -> Any:
+    """Samples (nt, ns) of the dynamic tensions of a series."""
+    c = tension_harmonics(problem, coefficients)
     count = PER_WAVE * len(c)
     spectrum = np.zeros((count // 2 + 1, c.shape[1]), dtype=complex)
     spectrum[: len(c)] = 0.5 * count * c
     spectrum[0] *= 2.0
-    values = np.abs(np.fft.irfft(spectrum, count, axis=0))
-    top, spans = values.argmax(axis=0), np.arange(c.shape[1])
-    left, middle, right = (values[(top + k) % count, spans] for k in (-1, 0, 1))
-    bend = left - 2.0 * middle + right  # the parabola through the top and its neighbours
-    return middle - (right - left) ** 2 / (8.0 * np.where(bend < 0.0, bend, -np.inf))
+    return np.fft.irfft(spectrum, count, axis=0)
+
+
+def _lowest(problem: FrictionProblem, values: Any) -> Any:
+    return steady_tensions(problem) + values.min(axis=0)
 
 
 def _series_reversals(response: Response, method: Method) -> float:

@@ -51,7 +51,7 @@ def test_the_last_period_of_a_run_is_a_pattern():
         assert found.kind == tuple(orbit.events.kind)
         assert found.initial_mode == orbit.initial_mode
         np.testing.assert_allclose(found.t, orbit.events.t, atol=1e-6 * ONE.period)
-    with pytest.raises(InvalidProblemError, match="two at least"):
+    with pytest.raises(InvalidProblemError, match="the joint rests"):
         study.pattern_of(event_map.propagate(ONE.with_friction(Coulomb(3.0)), 5.0))
 
 

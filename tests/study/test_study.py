@@ -95,6 +95,19 @@ def test_a_point_that_fails_keeps_its_reason():
     assert np.isfinite(found.rms.values[0]).all()
 
 
+def test_lowest_tensions_are_those_of_the_orbit():
+    """To a sample of the series; and not known where the orbit carries no harmonics."""
+    found = study.sweep(DRIVE, [6.3], [3.5, np.inf], **SMALL)
+    problem = beltsim.assemble(DRIVE, 6.3, friction=beltsim.Coulomb(3.5), **SMALL)
+    orbit = event_map.periodic(problem, event_map.Settings(samples_per_period=4000))
+    spans = [seen.name for seen in problem.observables if seen.unit == "N"]
+    lowest = [orbit.observe(name).min() for name in spans]
+    np.testing.assert_allclose(found.lowest_tension.values[0, 0], lowest, atol=2e-3)
+    assert found.lowest_tension.notnull().all()
+    bare = study.sweep(DRIVE, [6.3], [3.5], study.EventMap(harmonics=0), **SMALL)
+    assert np.isnan(bare.peak_dynamic_tension).all()
+
+
 def test_unstable_and_coexisting_orbits_are_told():
     """Q_m < Q_cr <= Q_s: the arm rests, but it might move."""
     found = study.sweep(DRIVE, [6.3], [0.5, 6.0, 20.0], study.EventMap(static_ratio=2.5), **SMALL)
