@@ -175,9 +175,6 @@ def _gave_up(job: _Job, status: int, reason: str, partial: Response | None) -> i
         written, trouble = _write(job._replace(stem=name), partial, None)
         held = ""
         if len(partial.t) == 0:
-            held = (
-                f": events and the state reached, but no samples, which are taken of the last "
-                f"{job.settings.kept_periods:g} periods of a whole run, and so no pictures"
-            )
+            held = ": events and the state reached; no samples of so short a run, so no pictures"
         complain(trouble or f"{done:.6g} of {job.periods:g} periods are in {written[0]}{held}")
     return status

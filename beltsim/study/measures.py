@@ -1,7 +1,7 @@
 """What a study keeps of one response: figures, root mean squares, tensions, spectra.
 
-Depends on: response, problem, linear, metrics, harmonic_balance (the count of reversals of a
-series), study.methods.
+Depends on: response, problem, linear, metrics, event_map (surveys), harmonic_balance (the count of
+reversals of a series), study.methods.
 """
 
 from __future__ import annotations
@@ -11,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from beltsim import linear
+from beltsim.errors import BeltsimError
+from beltsim.event_map import Survey
 from beltsim.harmonic_balance import reversals_of_series
 from beltsim.metrics.phase_pattern import phase_pattern
 from beltsim.metrics.rms import rms_of_coefficients
@@ -20,6 +22,7 @@ from beltsim.metrics.span_tensions import (
     peak_dynamic_tensions,
     steady_tensions,
     tension_harmonics,
+    tensions_of,
 )
 from beltsim.problem import FrictionProblem
 from beltsim.response import Response
@@ -45,8 +48,12 @@ MORE = {
 }
 
 
-def measured(response: Response, method: Method, signals: tuple[int, ...], harmonics: int) -> Any:
-    """Values of one point by name; `signals` are indices of coordinates."""
+def measured(
+    response: Response | BeltsimError, method: Method, signals: tuple[int, ...], harmonics: int
+) -> Any:
+    """Values of one point by name, or its error raised; `signals` are indices of coordinates."""
+    if isinstance(response, BeltsimError):
+        raise response
     problem, c = response.problem, response.coefficients
     multiple = float(response.statistics.get("multiple", 1))
     rms = method.rms(response)
@@ -67,6 +74,26 @@ def measured(response: Response, method: Method, signals: tuple[int, ...], harmo
         "coexisting": float(_rests(response) and _may_move(problem)),
         "phase_pattern": phase_pattern(response),
         "amplitude": _amplitudes(c, signals, harmonics),
+    }
+
+
+def surveyed(row: int, problem: FrictionProblem, found: Survey, harmonics: int) -> Any:
+    """The same values for a row of a survey, as far as it has them; raises why there is none."""
+    if row in found.failures:
+        raise found.failures[row]
+    spans = np.full(len(tensions_of(problem)), np.nan)
+    rests = bool(found.locked[row])
+    return {
+        **dict.fromkeys(MORE, np.nan),
+        **{name: float(getattr(found, name)[row]) for name in FIGURES},
+        "rms": found.rms[row],
+        "span_rms": span_rms(problem, found.rms[row]),
+        "peak_dynamic_tension": spans,
+        "lowest_tension": spans,
+        "largest_multiplier": _largest(found.multipliers[row]),
+        "coexisting": float(rests and _may_move(problem)),
+        "phase_pattern": "",
+        "amplitude": _amplitudes(None, (), harmonics),
     }
 
 

@@ -42,6 +42,9 @@ class EventMap:
         Longest period to look for, in forcing periods; more than 1 only helps when Q_s > Q_m.
     harmonics, samples_per_period : int
         What each orbit carries: harmonics serve spectra and extremes of tension.
+    figures_only : bool
+        Leave out what needs the motion itself (tensions, phases, spectra): quicker, for maps of
+        rms, losses, sticking, stops and reversals.
 
     Examples
     --------
@@ -54,6 +57,7 @@ class EventMap:
     max_multiple: int = 1
     harmonics: int = 40
     samples_per_period: int = 1
+    figures_only: bool = False
 
     def law(self, Q_m: float) -> FrictionLaw:
         """The friction law of torque `Q_m`."""
@@ -61,12 +65,19 @@ class EventMap:
 
     def solve(self, problems: Sequence[FrictionProblem]) -> Found:
         """One orbit, or why there is none, for each problem."""
-        settings = event_map.Settings(
+        return event_map.solve_many(problems, self._settings, workers=1)
+
+    def survey(self, problems: Sequence[FrictionProblem]) -> event_map.Survey:
+        """The figures of these orbits alone."""
+        return event_map.survey(problems, self._settings, workers=1)
+
+    @property
+    def _settings(self) -> event_map.Settings:
+        return event_map.Settings(
             samples_per_period=self.samples_per_period,
             harmonics=self.harmonics,
             max_multiple=self.max_multiple,
         )
-        return event_map.solve_many(problems, settings, workers=1)
 
     def rms(self, response: Response) -> FloatArray:
         """Root mean squares (n,) of the coordinates, in closed form."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -17,9 +18,8 @@ from beltsim.checks import FloatArray, finite_array
 from beltsim.errors import BeltsimError, InvalidDriveError, InvalidProblemError, Mistake
 from beltsim.model import assemble
 from beltsim.problem import FrictionProblem
-from beltsim.response import Response
 from beltsim.study.labelled import labelled
-from beltsim.study.measures import measured, measured_locked
+from beltsim.study.measures import measured, measured_locked, surveyed
 from beltsim.study.methods import EventMap, Method
 
 if TYPE_CHECKING:
@@ -111,6 +111,9 @@ def sweep(
 
     first = _first(problem_at, speeds)
     signals = _indices(first, spectra_of)
+    if signals and isinstance(method, EventMap) and method.figures_only:
+        allowed = "left out where figures_only is set: spectra need the motion itself"
+        raise InvalidProblemError(Mistake("spectra_of", spectra_of, allowed))
     values = np.empty((len(speeds), len(torques)), dtype=object)
     with ThreadPoolExecutor(max_workers=workers or _cores()) as pool:
         done = 0
@@ -200,22 +203,26 @@ def _piece(
         torques = point.torques(at)
     except BeltsimError as error:
         return [error] * len(point.values)
-    moving = [Q for Q in torques if np.isfinite(Q)]
-    solved = iter(method.solve([at.with_friction(method.law(Q)) for Q in moving]))
+    problems = [at.with_friction(method.law(Q)) for Q in torques if np.isfinite(Q)]
+    solved = iter(_solved(problems, method, signals, harmonics))
     found: list[Any] = []
-    one: Any
     for Q in torques:
         try:
-            if np.isfinite(Q):
-                one = next(solved)
-                if isinstance(one, Response):
-                    one = {"Q_m": Q} | measured(one, method, signals, harmonics)
-                found.append(one)
-            else:
-                found.append({"Q_m": Q} | measured_locked(at, signals, harmonics))
+            one = next(solved)() if np.isfinite(Q) else measured_locked(at, signals, harmonics)
+            found.append({"Q_m": Q} | one)
         except BeltsimError as error:
             found.append(error)
     return found
+
+
+def _solved(
+    problems: list[FrictionProblem], method: Method, signals: tuple[int, ...], harmonics: int
+) -> list[Callable[[], Any]]:
+    """For each problem a call that gives its measures, or raises why there are none."""
+    if isinstance(method, EventMap) and method.figures_only:
+        table = method.survey(problems)
+        return [partial(surveyed, *at, table, harmonics) for at in enumerate(problems)]
+    return [partial(measured, one, method, signals, harmonics) for one in method.solve(problems)]
 
 
 def _cores() -> int:

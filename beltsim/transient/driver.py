@@ -26,6 +26,9 @@ from beltsim.transient.settings import Settings, events_per_period
 
 #: Wall time between two looks at signals, in seconds.
 SLICE_SECONDS = 0.1
+#: Wall time to the first stretch that is sampled in case the run is stopped, and between two of
+#: them, in seconds: a stretch costs some 0.05 s.
+FIRST_LOOK_SECONDS, LOOK_SECONDS = 0.3, 5.0
 #: Events and touches that fit in the buffers shared with the core.
 EVENT_CAPACITY, TOUCH_CAPACITY = 512, 64
 #: Columns of an event row and of a touch row; csrc/core/include/beltsim_core.h names them.
@@ -62,7 +65,11 @@ class GrowingTable:
 
 @dataclass
 class Recording:
-    """What a run has written so far."""
+    """What a run has written so far.
+
+    Rows of samples before `head` are taken on the way, in case that the run stops early; `first` is
+    the first of them that counts.
+    """
 
     sample_t: FloatArray
     sample_state: FloatArray
@@ -71,7 +78,35 @@ class Recording:
     codes: GrowingTable
     states: GrowingTable | None
     touches: GrowingTable
+    head: int = 0
+    first: int = 0
     counts: NDArray[np.int64] = field(default_factory=lambda: np.zeros(3, np.int64))
+
+    def sampled(self, finished: bool) -> slice:
+        """Rows of the samples asked for; of a run that stopped before them, the latest others."""
+        begun = finished or self.counts[0] > self.head
+        return slice(self.head if begun else self.first, int(self.counts[0]))
+
+    def look_ahead(self, now: float) -> bool:
+        """Ask for samples of the stretch to come, once those of the stretch before are there.
+
+        Where the run is slow, so that one follows the other, half of the earlier ones are kept.
+        """
+        head, t = self.head, self.sample_t
+        if not head or self.counts[0] != head:
+            return False
+        step = t[head + 1] - t[head]
+        kept, last = 0, now
+        if self.first < head and now < t[head - 1] + step:
+            kept, last = (head - self.first) // 2, t[head - 1]
+        ahead = last + step * np.arange(1, head - kept + 1)
+        ahead = ahead[ahead < t[head]]
+        first, to = head - len(ahead) - kept, head - len(ahead)
+        for rows in (t, self.sample_state, self.sample_torque):
+            rows[first:to] = rows[head - kept : head].copy()
+        t[to:head] = ahead
+        self.first, self.counts[0] = first, to
+        return True
 
 
 def load_core() -> Any:
@@ -118,15 +153,21 @@ class Driver:
         self.core = _create(self.core_module, problem, settings, y0, t_end, window_start)
         width = 2 * problem.n
         states = settings.event_states
+        late = settings.keep == "last_period" and len(sample_t) > 1 and sample_t[0] > 0.0
+        head = len(sample_t) if late else 0
         self.recording = Recording(
-            sample_t,
-            np.empty((len(sample_t), width)),
-            np.empty(len(sample_t)),
+            np.concatenate([np.zeros(head), sample_t]),
+            np.empty((head + len(sample_t), width)),
+            np.empty(head + len(sample_t)),
             GrowingTable(len(EVENT_COLUMNS), np.float64),
             GrowingTable(2, np.int8),
             GrowingTable(width, np.float64) if states else None,
             GrowingTable(len(TOUCH_COLUMNS), np.float64),
+            head,
+            head,
+            np.array([head, 0, 0]),
         )
+        self._look_at = time.monotonic() + FIRST_LOOK_SECONDS
         self._event_values = np.empty((EVENT_CAPACITY, len(EVENT_COLUMNS)))
         self._event_codes = np.empty((EVENT_CAPACITY, 2), np.int32)
         self._event_states = np.empty((EVENT_CAPACITY, width)) if states else None
@@ -148,6 +189,8 @@ class Driver:
     def advance(self) -> int:
         """One slice; the status code of the core."""
         rec = self.recording
+        if time.monotonic() >= self._look_at and rec.look_ahead(self.core.summary()["t"]):
+            self._look_at = time.monotonic() + LOOK_SECONDS
         status: int = self.core.run(
             self.t_end,
             SLICE_SECONDS,

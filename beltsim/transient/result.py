@@ -56,7 +56,7 @@ def build(driver: Driver, y0: FloatArray, window: tuple[float, float] | None) ->
     if window is None:
         found = found._replace(energy_balance_residual=np.nan)
     grazing = _near_grazing(problem, rec, seen, settings.grazing)
-    kept = slice(0, 0) if settings.keep == "events" else slice(0, int(rec.counts[0]))
+    kept = slice(0, 0) if settings.keep == "events" else rec.sampled(window is not None)
     n = problem.n
     return Response(
         problem=problem,
@@ -72,8 +72,8 @@ def build(driver: Driver, y0: FloatArray, window: tuple[float, float] | None) ->
         window=span,
         periodic=found.period_residual is not None and found.period_residual <= PERIODIC_TOLERANCE,
         total_dissipated_energy=_total_loss(problem, events, mode, seen, y0, final),
-        warnings=_warnings(driver, events, grazing, seen, span),
-        statistics=_statistics(driver, seen),
+        warnings=_warnings(driver, events, grazing, seen, window, span),
+        statistics=_statistics(driver, seen) | {"complete": int(window is not None)},
         **found._asdict(),
     )
 
@@ -187,15 +187,16 @@ def _warnings(
     events: EventLog,
     grazing: NearGrazing,
     seen: dict[str, Any],
+    window: tuple[float, float] | None,
     span: tuple[float, float],
 ) -> tuple[str, ...]:
     problem, rec = driver.problem, driver.recording
     found = list(problem.warnings)
-    count = int(rec.counts[0])
-    t = rec.sample_t[:count]
-    inside = t >= span[0]
-    q = rec.sample_state[:count, : problem.n]
-    found += problem.limit_warnings(t[inside], q[inside])
+    rows = rec.sampled(window is not None)
+    t, q = rec.sample_t[rows], rec.sample_state[rows, : problem.n]
+    if len(t):
+        inside = t >= (window[0] if window else t[-1] - problem.period)
+        found += problem.limit_warnings(t[inside], q[inside])
     found += grazing_warnings(events, grazing, span)
     if isinstance(problem.friction, SaturatedCoulomb):
         found += _band_warnings(driver, seen)

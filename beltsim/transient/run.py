@@ -58,7 +58,8 @@ def integrate(
         When an argument cannot be used.
     CoreError
         When the core stopped; `partial` holds the response until then: all events, the state
-        reached, and such samples as were due, which with ``keep="last_period"`` are none early on.
+        reached, and the samples so far, with ``keep="last_period"`` those of a stretch shortly
+        before; its ``statistics["complete"]`` is 0.
     KeyboardInterrupt
         On Ctrl-C, within about 0.1 s; its attribute `partial` holds the same.
 

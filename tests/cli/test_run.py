@@ -186,19 +186,20 @@ def test_methods_are_those_of_the_integrator():
 
 
 def test_a_run_that_stops_early_is_kept(example, tmp_path, capsys):
-    words = ["--periods", "1e5", "--max-seconds", "0.3", "--out", str(tmp_path)]
+    words = ["--periods", "1e5", "--max-seconds", "0.8", "--out", str(tmp_path)]
     assert main(["run", example, *QUICK, *words]) == 1
     error = capsys.readouterr().err
     assert "BS_OUT_OF_TIME" in error
     assert "of 100000 periods are in" in error
-    assert "but no samples, which are taken of the last 2 periods" in error
+    partial = load(tmp_path / "zhu_parker_2008-partial.nc")
+    assert partial.statistics["complete"] == 0
+    assert 100 < len(partial.t) <= 1001
+    assert partial.t[-1] <= partial.window[1]
     assert (
         main(["plot", str(tmp_path / "zhu_parker_2008-partial.nc"), "--out", str(tmp_path / "p")])
         == 0
     )
-    said = capsys.readouterr()
-    assert "but no samples of the motion" in said.err
-    assert "layout" in said.out
+    assert "arm" in capsys.readouterr().out
     shutil.rmtree(tmp_path / "p")
     assert [file.name for file in tmp_path.iterdir()] == ["zhu_parker_2008-partial.nc"]
     file = tmp_path / "zhu_parker_2008-partial.nc"
@@ -265,6 +266,7 @@ def test_ctrl_c_keeps_what_was_computed(example, tmp_path):
     assert "Traceback" not in error
     partial = load(tmp_path / "zhu_parker_2008-partial.nc")
     assert 0.0 < partial.window[1] < 1e7 * partial.problem.period
+    assert len(partial.t) > 100
 
 
 def test_a_reader_that_goes_away(example, tmp_path):

@@ -108,6 +108,23 @@ def test_lowest_tensions_are_those_of_the_orbit():
     assert np.isnan(bare.peak_dynamic_tension).all()
 
 
+def test_figures_alone_are_those_of_the_orbits(grid):
+    """The same numbers, whatever the number of workers; what needs the motion itself is NaN."""
+    quick = study.EventMap(figures_only=True)
+    one, two = (
+        study.sweep(DRIVE, [*SPEEDS, 60.0], TORQUES, quick, workers=n, **SMALL) for n in (1, 2)
+    )
+    assert one.identical(two)
+    assert all("critical speed" in reason for reason in one.failure.values[2])
+    for name in ("rms", "span_rms", "dissipated_energy", "stick_fraction", "stops_per_period"):
+        exact = grid[name].values
+        np.testing.assert_allclose(one[name].values[:2], exact, rtol=1e-9, atol=1e-12)
+    np.testing.assert_array_equal(one.velocity_reversals[:2], grid.velocity_reversals)
+    assert np.isnan(one.peak_dynamic_tension.sel(Q_m=3.5)).all()
+    with pytest.raises(InvalidProblemError, match="figures_only"):
+        study.sweep(DRIVE, [6.3], [1.0], quick, spectra_of=["span1.sin2"], **SMALL)
+
+
 def test_unstable_and_coexisting_orbits_are_told():
     """Q_m < Q_cr <= Q_s: the arm rests, but it might move."""
     found = study.sweep(DRIVE, [6.3], [0.5, 6.0, 20.0], study.EventMap(static_ratio=2.5), **SMALL)

@@ -246,6 +246,42 @@ def test_a_partial_response_agrees_with_the_whole_one():
     assert np.array_equal(part.q, whole.q[:m])
 
 
+def look_often(monkeypatch, seconds):
+    monkeypatch.setattr("beltsim.transient.driver.SLICE_SECONDS", seconds)
+    monkeypatch.setattr("beltsim.transient.driver.FIRST_LOOK_SECONDS", 0.0)
+    monkeypatch.setattr("beltsim.transient.driver.LOOK_SECONDS", 0.0)
+
+
+@pytest.mark.parametrize("slow", [False, True])
+def test_samples_of_a_run_that_stops_early_are_those_of_its_motion(monkeypatch, slow):
+    """Taken on the way; where slices are shorter than what is kept, without a hole."""
+    look_often(monkeypatch, 1e-5 if slow else 2e-3)
+    with pytest.raises(CoreError) as caught:
+        integrate(one_mass(), 1e4, settings=Settings(max_steps=20_000))
+    part, T = caught.value.partial, one_mass().period
+    assert part.statistics["complete"] == 0
+    assert 100 < len(part.t) <= Settings().samples_per_period + 1
+    assert np.all(np.diff(part.t) > 0.0)
+    assert part.t[-1] <= part.window[1]
+    if slow:
+        assert part.window[1] - part.t[-1] < 0.02 * T
+        np.testing.assert_allclose(np.diff(part.t), np.diff(part.t)[0], rtol=1e-6)
+    periods = int(part.window[1] / T)
+    whole = integrate(one_mass(), float(periods), settings=Settings(keep="all"))
+    at = [np.interp(part.t[part.t < periods * T], whole.t, row) for row in whole.q.T]
+    np.testing.assert_allclose(part.q[part.t < periods * T].T, at, atol=1e-4)
+
+
+def test_samples_on_the_way_change_nothing(monkeypatch):
+    """Slices so short that the last period begins within one of them, or between two."""
+    whole = integrate(one_mass(), 20.3)
+    look_often(monkeypatch, 1e-5)
+    sliced = integrate(one_mass(), 20.3)
+    assert np.array_equal(whole.t, sliced.t)
+    assert np.array_equal(whole.q, sliced.q)
+    assert whole.statistics["complete"] == 1
+
+
 def test_a_motion_that_grows_without_bound_is_an_error():
     rest = HarmonicForcing(1.0, cos=[[0.0]], sin=[[0.0]])
     runaway = FrictionProblem([[1.0]], [[0.0]], [[0.0]], [[-100.0]], None, rest, None)
