@@ -101,6 +101,8 @@ class Recording:
             kept, last = (head - self.first) // 2, t[head - 1]
         ahead = last + step * np.arange(1, head - kept + 1)
         ahead = ahead[ahead < t[head]]
+        if not len(ahead):
+            return False
         first, to = head - len(ahead) - kept, head - len(ahead)
         for rows in (t, self.sample_state, self.sample_torque):
             rows[first:to] = rows[head - kept : head].copy()
