@@ -40,6 +40,8 @@ LEFT = 0.03
 MET = 1e-5
 #: Share of the largest harmonic by which v may have the wrong sign between grid points.
 WRONG = 1e-8
+#: Most corners of the path, per cell: an instant that moves through many cells has many.
+CORNERS = 200
 #: Cells whose torque is this close to a bound are at it.
 AT_BOUND = 1e-9
 
@@ -382,7 +384,7 @@ def searched(
     worst, steps : as from `polished`.
     """
     _, A, free = scaled(mobility, velocity, Q_m)
-    h, _ = path(table, weight, images, A, free, 12 * len(table))
+    h, _ = path(table, weight, images, A, free, CORNERS * len(table))
     return from_cells(
         h, weight, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
     )

@@ -60,7 +60,9 @@ STILL = 0.02
 #: Points of the grid that judges the result, per harmonic.
 JUDGE = 32
 #: Cells in which the search for switching instants starts, per unknown; the second is a retry.
-SEARCH_CELLS = (2, 3)
+SEARCH_CELLS = (2.0, 3.0)
+#: The same from so many unknowns on, where the path through more cells takes too long.
+MANY, FEWER_CELLS = 100, (1.5, 3.0)
 #: Points per harmonic at which its result is checked for instants that it lacks.
 SEARCH_GRID = 16
 #: Largest velocity at an instant, relative, and most Newton steps on them.
@@ -189,17 +191,18 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     if Q_m >= critical_bound(condensed):
         return locked(condensed)
     if not settings.samples_torque(saturated=False):
-        for cells_per_unknown in SEARCH_CELLS:
+        few = 2 * len(condensed.orders) < MANY
+        for cells_per_unknown in SEARCH_CELLS if few else FEWER_CELLS:
             found = _searched(condensed, Q_m, cells_per_unknown)
             if found.gap <= settings.tolerance:
                 return found
     return _in_cells(condensed, Q_m, settings)
 
 
-def _searched(condensed: Condensed, Q_m: float, cells_per_unknown: int) -> Solved:
+def _searched(condensed: Condensed, Q_m: float, cells_per_unknown: float) -> Solved:
     """Switching instants from a cold start; the gap tells whether they are right."""
     images = condensed.images
-    count = cells_per_unknown * 2 * len(condensed.turns) * images + (2 - images)
+    count = int(cells_per_unknown * 2 * len(condensed.turns) * images) + (2 - images)
     cells = uniform(int(condensed.turns[-1]), condensed.half_wave, count)
     return _of_instants(_switching.searched(cells.table, cells.weight, *_search(condensed, Q_m)))
 
