@@ -15,7 +15,7 @@ import numpy as np
 from beltsim.cli.arguments import OUT
 from beltsim.cli.mistakes import Mistakes
 from beltsim.cli.motion import loss_words, range_lines, reversal_words
-from beltsim.cli.operation import examined, friction_given, merged
+from beltsim.cli.operation import examined, friction_given, merged, require_harmonics
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import operating_lines, warning_lines
 from beltsim.cli.text import complain, listed, say, table
@@ -157,6 +157,8 @@ def _prepared(
             raise InvalidProblemError(
                 f"{options.file}: this drive has no tensioner, so no friction"
             )
+    with mistakes.gathered():
+        require_harmonics(options.harmonics)
     with mistakes.gathered():
         require_writable(Path(options.out or OUT))
     with mistakes.gathered():

@@ -25,6 +25,8 @@ _GROUPS = (
     ("rpm", "omega"),
     ("friction_torque_N_m", "Q_m", "static_friction_torque_N_m", "Q_s"),
 )
+#: Harmonics that the command takes at most.
+MOST_HARMONICS = 1000
 #: Options that decide what is computed; a result file stores them.
 NAMES = (
     *(name for group in _GROUPS for name in group),
@@ -123,6 +125,12 @@ def examined(
     }
     problem = assemble(source.drive, **point)
     return problem, survey(source.drive, **point, n_modes=n_modes)
+
+
+def require_harmonics(count: int | None) -> None:
+    """Refuse a number of harmonics that fills the memory before it fails."""
+    if count is not None and count > MOST_HARMONICS:
+        raise InvalidProblemError(Mistake("--harmonics", count, f"at most {MOST_HARMONICS}"))
 
 
 def require_periods(arguments: dict[str, Any], mistakes: Mistakes) -> float:

@@ -19,7 +19,7 @@ from beltsim import study
 from beltsim.checks import FloatArray
 from beltsim.cli.arguments import OUT
 from beltsim.cli.mistakes import Mistakes
-from beltsim.cli.operation import rpm_of
+from beltsim.cli.operation import require_harmonics, rpm_of
 from beltsim.cli.progress import progress
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import warning_lines
@@ -156,6 +156,8 @@ def _prepared(options: argparse.Namespace) -> _Job:
             speeds = np.array([drive.omega(value) for value in speeds.tolist()])
     with mistakes.gathered():
         torques = _torques(options, drive)
+    with mistakes.gathered():
+        require_harmonics(options.harmonics)
     with mistakes.gathered():
         require_writable(out)
     with mistakes.gathered():
