@@ -51,12 +51,12 @@ def factorise(a, pivots):
         if p != k:
             for j in range(m):
                 a[k, j], a[p, j] = a[p, j], a[k, j]
-        scale = 1.0 / a[k, k]
+        scale, above = 1.0 / a[k, k], a[k, k + 1 :]
         for i in range(k + 1, m):
-            factor = a[i, k] * scale
+            factor, row = a[i, k] * scale, a[i, k + 1 :]  # slices compile to vector instructions
             a[i, k] = factor
-            for j in range(k + 1, m):
-                a[i, j] -= factor * a[k, j]
+            for j in range(len(row)):
+                row[j] -= factor * above[j]
 
 
 @compiled

@@ -14,7 +14,8 @@ a Newton iteration whose matrix, :math:`|v'(\tau_i)|\delta_{ij} + \frac{2m}{\pi}
 positive definite however small the ripples of v are. Which instants there are is found by
 
 1. `path`: the same problem for a torque constant in equal cells is a linear complementarity
-   problem; its solution is followed from no friction to the friction wanted;
+   problem; its solution is followed from no friction to the friction wanted, or, where that takes
+   many steps, found by the interior-point method;
 2. pairs of instants born where v has the wrong sign, and taken out where they meet.
 
 `searched` does all of it. Units and pairs are those of `_kernels`; m = `images`.
@@ -30,6 +31,7 @@ from beltsim.harmonic_balance._kernels import (
     apply_mobility,
     compiled,
     factorise,
+    interior_point,
     relative_gap,
     substitute,
 )
@@ -40,10 +42,12 @@ LEFT = 0.03
 MET = 1e-5
 #: Share of the largest harmonic by which v may have the wrong sign between grid points.
 WRONG = 1e-8
-#: Most corners of the path, per cell: an instant that moves through many cells has many.
-CORNERS = 200
-#: Cells whose torque is this close to a bound are at it.
-AT_BOUND = 1e-9
+#: Cells whose torque is this close to a bound are at it: on the path, and after the interior-point
+#: method.
+AT_BOUND, EDGE = 1e-9, 1e-2
+#: Residual at which the interior-point method gives way to the search for instants, and its most
+#: iterations.
+INTERIOR, MOST_INTERIOR = 1e-8, 60
 
 
 @compiled
@@ -330,13 +334,13 @@ def polished(edges, count, sign, orders, images, mobility, free, grid, tolerance
             for k in range(m):
                 turned[k, j] = work[k] * (2.0 * images / np.pi)
         for i in range(count):
-            diagonal = matrix[i, i]
-            matrix[i, :count] = 0.0
+            row, diagonal = matrix[i, :count], matrix[i, i]
+            row[:] = 0.0
             for k in range(m):
-                factor = table[i, k]
+                factor, wave = table[i, k], turned[k, :count]
                 for j in range(count):
-                    matrix[i, j] += factor * turned[k, j]
-            matrix[i, i] += diagonal
+                    row[j] += factor * wave[j]
+            row[i] += diagonal
         factorise(matrix[:count, :count], pivots[:count])
         substitute(matrix[:count, :count], pivots[:count], right[:count])
         direction = -sign
@@ -384,7 +388,13 @@ def searched(
     worst, steps : as from `polished`.
     """
     _, A, free = scaled(mobility, velocity, Q_m)
-    h, _ = path(table, weight, images, A, free, CORNERS * len(table))
+    most_pivots = 2 * len(table)  # more cost more than an interior-point solution
+    h, pivots = path(table, weight, images, A, free, most_pivots)
+    if pivots == most_pivots:
+        h = interior_point(table, weight, A, free, 0.0, INTERIOR, MOST_INTERIOR)[0]
+        for j in range(len(h)):
+            if abs(h[j]) > 1.0 - EDGE:
+                h[j] = np.sign(h[j])
     return from_cells(
         h, weight, orders, images, mobility, velocity, Q_m, grid, judge, tolerance, most, still
     )

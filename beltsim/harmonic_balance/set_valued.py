@@ -8,7 +8,7 @@ A has a non-negative real part and Sgn is monotone, so the velocity exists and i
 is zero it vanishes at single instants only, and the torque switches between its bounds there: the
 switching instants are the unknowns (`_switching`), found from a cold start and located to rounding.
 
-Where that does not settle, an interior-point method takes over, which reaches the solution from
+Where that does not settle, the interior-point method takes over, which reaches the solution from
 anywhere: the torque is constant in cells whose Fourier integrals are exact, and cells that hold an
 edge are cut. Its edges start another search for the instants. Either way the result is judged by
 the gap
@@ -60,13 +60,11 @@ STILL = 0.02
 #: Points of the grid that judges the result, per harmonic.
 JUDGE = 32
 #: Cells in which the search for switching instants starts, per unknown; the second is a retry.
-SEARCH_CELLS = (2.0, 3.0)
-#: The same from so many unknowns on, where the path through more cells takes too long.
-MANY, FEWER_CELLS = 100, (1.5, 3.0)
+SEARCH_CELLS = (2, 3)
 #: Points per harmonic at which its result is checked for instants that it lacks.
 SEARCH_GRID = 16
 #: Largest velocity at an instant, relative, and most Newton steps on them.
-LOCATED, LOCATING = 1e-11, 60
+LOCATED, LOCATING = 1e-11, 200
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,18 +189,21 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     if Q_m >= critical_bound(condensed):
         return locked(condensed)
     if not settings.samples_torque(saturated=False):
-        few = 2 * len(condensed.orders) < MANY
-        for cells_per_unknown in SEARCH_CELLS if few else FEWER_CELLS:
-            found = _searched(condensed, Q_m, cells_per_unknown)
-            if found.gap <= settings.tolerance:
-                return found
+        tried = []
+        for cells_per_unknown in SEARCH_CELLS:
+            tried.append(_searched(condensed, Q_m, cells_per_unknown))
+            if tried[-1].exact and tried[-1].gap <= settings.tolerance:
+                return tried[-1]
+        best = min(tried, key=lambda found: found.gap)
+        if best.gap <= settings.tolerance:
+            return best
     return _in_cells(condensed, Q_m, settings)
 
 
-def _searched(condensed: Condensed, Q_m: float, cells_per_unknown: float) -> Solved:
+def _searched(condensed: Condensed, Q_m: float, cells_per_unknown: int) -> Solved:
     """Switching instants from a cold start; the gap tells whether they are right."""
     images = condensed.images
-    count = int(cells_per_unknown * 2 * len(condensed.turns) * images) + (2 - images)
+    count = cells_per_unknown * 2 * len(condensed.turns) * images + (2 - images)
     cells = uniform(int(condensed.turns[-1]), condensed.half_wave, count)
     return _of_instants(_switching.searched(cells.table, cells.weight, *_search(condensed, Q_m)))
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from support.problems import random_problem
 
-from beltsim.harmonic_balance import _kernels, _switching, condense
+from beltsim.harmonic_balance import Settings, _kernels, _switching, condense, set_valued
 from beltsim.harmonic_balance.cells import of_bounds, refined, uniform
 from beltsim.harmonic_balance.condensation import System, _by_kernel, _by_lapack
 
@@ -226,6 +226,23 @@ def test_the_path_in_cells_is_complementary() -> None:
     assert sticking.any()
     assert np.abs(y[sticking]).max() < 1e-9
     assert (y * h)[~sticking].min() > -1e-9
+
+
+@pytest.mark.parametrize(("seed", "R"), [(20, 41), (96, 41), (100, 41), (1, 25)])
+def test_a_long_path_gives_way_and_the_instants_still_settle(seed: int, R: int) -> None:
+    problem = random_problem(seed, 4, static=False, share=0.85)
+    condensed, Q_m = condense(problem, R), problem.friction.Q_m
+    count = 4 * len(condensed.turns) * condensed.images + (2 - condensed.images)
+    cells = uniform(int(condensed.turns[-1]), condensed.half_wave, count)
+    _, mobility, free = _switching.scaled(condensed.mobility, condensed.velocity, Q_m)
+    N = len(cells.table)
+    _, pivots = _switching.path(cells.table, cells.weight, condensed.images, mobility, free, 2 * N)
+    assert pivots == 2 * N
+    found = set_valued.solve(condensed, Q_m, Settings())
+    assert found.exact
+    assert found.gap < 1e-9
+    other = set_valued._in_cells(condensed, Q_m, Settings(tolerance=1e-7))
+    assert np.abs(found.velocity - other.velocity).max() < 1e-3 * np.abs(found.velocity).max()
 
 
 def test_misfit_is_what_numpy_finds() -> None:
