@@ -62,10 +62,10 @@ def test_many_harmonics(R: int, seed: int, many: int | None) -> None:
 
 
 @pytest.mark.parametrize("seed", [3, 6, 7])
-def test_the_path_of_many_harmonics_is_followed_to_its_end(seed: int) -> None:
+def test_the_search_settles_with_many_harmonics(seed: int) -> None:
     problem = random_problem(seed, 4, static=False, share=0.6)
     condensed = condense(problem, 51)
-    found = set_valued._searched(condensed, problem.friction.Q_m, set_valued.FEWER_CELLS[0])
+    found = set_valued._searched(condensed, problem.friction.Q_m, set_valued.SEARCH_CELLS[0])
     assert not condensed.half_wave
     assert found.gap < 1e-9
 
