@@ -205,16 +205,6 @@ static void let_go(bm_carrier *it, const bm_run *run,
   memset(it->place, 0, (size_t)N * sizeof(double));
 }
 
-/* it->rest: the state x (2n) without the joint. */
-static void without_joint(bm_carrier *it, const bm_run *run, const double *x) {
-  int N = run->free->N, k = 0;
-  for (int j = 0; j < N; j++) {
-    if (j != run->joint && j != N / 2 + run->joint) {
-      it->rest[k++] = x[j];
-    }
-  }
-}
-
 /* Writes out the flow that S still stands for. */
 static void settle(bm_carrier *it, const bm_flow *flow) {
   if (it->fresh) {
@@ -230,7 +220,7 @@ static void reverse(bm_carrier *it, const bm_run *run,
   double before = event[BM_TORQUE_BEFORE], after = event[BM_TORQUE_AFTER];
   int N = run->free->N;
   settle(it, run->free);
-  without_joint(it, run, x);
+  bm_without_joint(N / 2, run->joint, x, it->rest);
   double reaction =
       bm_flow_signal(run->held, event[BM_TIME], x[run->joint], it->rest);
   double jump = (before - after) * changes->mass / (reaction - before);
@@ -252,7 +242,7 @@ static void release(bm_carrier *it, const bm_run *run,
     let_go(it, run, changes);
     return;
   }
-  without_joint(it, run, x);
+  bm_without_joint(N / 2, run->joint, x, it->rest);
   bm_watch_begin(&it->held, event[BM_TIME], x[run->joint], it->rest);
   double rate = bm_signal_slope(&it->held.signal);
   double jump = drop / changes->mass / rate;

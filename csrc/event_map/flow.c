@@ -340,3 +340,11 @@ double bm_flow_signal(const bm_flow *flow, double time, double c,
   }
   return sum;
 }
+
+void bm_without_joint(int n, int joint, const double *x, double *rest) {
+  for (int j = 0, k = 0; j < 2 * n; j++) {
+    if (j != joint && j != n + joint) {
+      rest[k++] = x[j];
+    }
+  }
+}

@@ -31,4 +31,7 @@ void bm_watch_state(const bm_watch *watch, double time, double c, double tau,
 double bm_flow_signal(const bm_flow *flow, double time, double c,
                       const double *x);
 
+/* The state x (2n) without the joint. */
+void bm_without_joint(int n, int joint, const double *x, double *rest);
+
 #endif

@@ -35,16 +35,6 @@ static int n_of(const bm_run *run) {
   return run->free->N / 2;
 }
 
-/* The state without the joint's position and velocity. */
-static void without_joint(const bm_run *run, const double *x, double *rest) {
-  int n = n_of(run), k = 0;
-  for (int j = 0; j < 2 * n; j++) {
-    if (j != run->joint && j != n + run->joint) {
-      rest[k++] = x[j];
-    }
-  }
-}
-
 static void with_joint(const bm_run *run, const double *rest, double position,
                        double *x) {
   int n = n_of(run), k = 0;
@@ -62,7 +52,7 @@ static void with_joint(const bm_run *run, const double *rest, double position,
 /* Reaction that would hold the joint at rest in the run's present state. */
 static double reaction_of(machine *it) {
   bm_run *run = it->run;
-  without_joint(run, run->state, it->rest);
+  bm_without_joint(n_of(run), run->joint, run->state, it->rest);
   double H =
       bm_flow_signal(run->held, run->time, run->state[run->joint], it->rest);
   if (fabs(H) > run->reaction_scale) {
@@ -80,7 +70,7 @@ static double begin(machine *it) {
   }
   if (run->mode == BM_STICK) {
     double position = run->state[run->joint];
-    without_joint(run, run->state, it->rest);
+    bm_without_joint(n_of(run), run->joint, run->state, it->rest);
     bm_watch_begin(&it->held, run->time, position, it->rest);
     return position;
   }

@@ -56,11 +56,7 @@ int bm_next_stretch(const bm_walk *walk, const bm_phases *phases, int n,
     if (phases->role == BM_HELD) {
       const double *x = at->x;
       at->load = x[phases->joint];
-      for (int j = 0, k = 0; j < 2 * n; j++) {
-        if (j != phases->joint && j != n + phases->joint) {
-          at->rest[k++] = x[j];
-        }
-      }
+      bm_without_joint(n, phases->joint, x, at->rest);
       at->x = at->rest;
     }
     return 1;
