@@ -19,7 +19,7 @@ static void look_at(const bm_walk *walk, const bm_phases *phases, int n,
                     double period, int64_t i, bm_stretch *at) {
   const bm_events *events = &walk->events;
   int64_t width = BM_EVENT_REALS + 2 * (int64_t)n;
-  double end = walk->length;
+  at->end = walk->length;
   at->x = phases->state;
   at->start = at->begin = 0.0;
   if (i == 0) {
@@ -36,10 +36,10 @@ static void look_at(const bm_walk *walk, const bm_phases *phases, int n,
                            : BM_SLIP_NEG;
   }
   if (i < events->count) {
-    end = time_of(events, n, period, i);
+    at->end = time_of(events, n, period, i);
   }
   at->from = phases->start > at->start ? phases->start - at->start : 0.0;
-  at->to = (phases->end < end ? phases->end : end) - at->start;
+  at->to = (phases->end < at->end ? phases->end : at->end) - at->start;
 }
 
 int bm_next_stretch(const bm_walk *walk, const bm_phases *phases, int n,

@@ -11,6 +11,7 @@ typedef struct {
   int mode;        /* of this phase                                     */
   double start;    /* of the phase, since the start of the walk         */
   double begin;    /* and since the start of its period                 */
+  double end;      /* of the phase, since the start of the walk         */
   double from, to; /* part of it, since its start                       */
   double load;     /* its constant                                      */
   const double *x; /* the flow's state where it begins                  */

@@ -29,16 +29,13 @@ bm_status bm_sample(const bm_flow *flow, const bm_walk *walk,
   bm_stretch at = {.rest = memory};
   int64_t i = 0;
   while (bm_next_stretch(walk, phases, n, flow->Omega, &at)) {
-    double end = at.start + at.to;
-    if (at.next > walk->events.count) { /* the last phase has its end too */
-      end = nextafter(end, HUGE_VAL);
-    }
+    int last = at.next > walk->events.count; /* it takes what is left */
     for (; i < to->count && to->t[i] < at.start; i++) {
     }
-    if (i < to->count && to->t[i] < end) {
+    if (i < to->count && (last || to->t[i] < at.end)) {
       bm_watch_begin(&watch, at.begin, at.load, at.x);
     }
-    for (; i < to->count && to->t[i] < end; i++) {
+    for (; i < to->count && (last || to->t[i] < at.end); i++) {
       double tau = to->t[i] - at.start;
       bm_watch_state(&watch, at.begin, at.load, tau, x);
       bm_whole_state(phases, &at, n, x, to->x + (size_t)i * 2 * (size_t)n);
