@@ -47,10 +47,11 @@ def event_log(problem: FrictionProblem, run: Walk) -> EventLog:
         flows = flows_of(problem)
         held, rest = flows.held.part, state[:, flows.rest]
         reaction, rate = held.signals(run.t, state[:, joint], rest)
-        peak = max(peak, float(np.abs(reaction).max()))
+        Q_s = law.Q_s or 0.0
+        peak = max(peak, Q_s, float(np.abs(reaction).max()))
         rate = np.abs(rate) / (problem.forcing.Omega * peak)
         stops = kind < 2
-        margin[~stops] = rate[~stops]
+        margin = np.where(stops, np.abs(np.abs(reaction) - Q_s) / peak, rate)
         speed = np.abs(reaction - run.reals[:, TORQUE_BEFORE]) / peak
         overshoot = 0.5 * np.where(stops, speed, rate) ** 2
     quality = np.where(np.minimum(margin, overshoot) < NEAR_GRAZING, "near_grazing", "simple")

@@ -12,6 +12,7 @@ from support.problems import random_problem, random_state
 import beltsim
 from beltsim import Coulomb, FrictionProblem, HarmonicForcing, event_map
 from beltsim.errors import CoreError, InvalidProblemError, UnsupportedLawError
+from beltsim.event_map.flows import flows_of
 
 PERIODS = 6.0
 
@@ -195,3 +196,27 @@ def test_a_touch_in_the_last_period_is_told():
     times = [*run.near_grazing.t, *run.events.t[run.events.quality != "simple"]]
     last = any(span[0] < t <= span[1] for t in times)
     assert last == any("near grazing" in text for text in run.warnings)
+
+
+def test_margins_of_stops_are_over_the_largest_reaction_of_the_run():
+    """The first stop too, whatever the reaction was until then."""
+    found = 0
+    for seed in range(20):
+        problem = random_problem(seed, n=2, share=0.3, static=False)
+        run = event_map.propagate(problem, 3.0, random_state(seed, problem))
+        part, events = flows_of(problem).held.part, run.events
+        stops = np.isin(events.kind, ("stick", "reverse"))
+        if not stops.any():
+            continue
+        rest = np.delete(
+            np.column_stack([events.q, events.q_dot]), [problem.joint, 2 + problem.joint], 1
+        )
+        reaction = np.array(
+            [part.signal(t, c, x) for t, c, x in zip(events.t, events.position, rest)]
+        )
+        Q_s = problem.friction.Q_s
+        peak = max(Q_s, np.abs(reaction).max())
+        wanted = np.abs(np.abs(reaction) - Q_s) / peak
+        assert np.allclose(events.margin[stops], wanted[stops], atol=1e-12)
+        found += 1
+    assert found > 10
