@@ -208,12 +208,9 @@ def test_margins_of_stops_are_over_the_largest_reaction_of_the_run():
         stops = np.isin(events.kind, ("stick", "reverse"))
         if not stops.any():
             continue
-        rest = np.delete(
-            np.column_stack([events.q, events.q_dot]), [problem.joint, 2 + problem.joint], 1
-        )
-        reaction = np.array(
-            [part.signal(t, c, x) for t, c, x in zip(events.t, events.position, rest)]
-        )
+        joint, x = problem.joint, np.column_stack([events.q, events.q_dot])
+        rest = np.delete(x, [joint, 2 + joint], axis=1)
+        reaction = part.signals(events.t, events.position, rest)[0]
         Q_s = problem.friction.Q_s
         peak = max(Q_s, np.abs(reaction).max())
         wanted = np.abs(np.abs(reaction) - Q_s) / peak
