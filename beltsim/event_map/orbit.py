@@ -52,7 +52,8 @@ def periodic(
         `tolerance`, `harmonics`, `samples_per_period`, `max_multiple`.
     guess : array_like of shape (2n,), optional
         State at t = 0 near the orbit, such as that of a neighbouring torque. For Q_s > Q_m, where
-        a locked joint and moving ones may both be periodic, it tells which orbit is meant.
+        several orbits may exist, it tells which is meant; without one it is the locked joint where
+        it can rest, else the orbit that the motion from rest approaches.
 
     Returns
     -------
@@ -96,10 +97,13 @@ def found_orbit(
 ) -> Shooting | tuple[float, float]:
     """The orbit, or the rest interval of a joint that never moves; errors as for `periodic`.
 
-    A joint that can rest does, unless `moving` asks for the orbit near `guess`.
+    A joint that can rest does, unless `moving` asks for the orbit near `guess`. For Q_s > Q_m
+    several orbits may exist: otherwise it is the one that the motion from rest approaches.
     """
     require_joint(problem)
     require_stable(problem)
+    settle = not (moving or _unique(problem))
+    guess = None if settle else guess
     state = checked_run(problem, 1.0, guess)
     rest = _rest(problem)
     if rest is not None and not (moving and may_move_too(problem)):
@@ -108,7 +112,8 @@ def found_orbit(
         require_bounded(problem)
     failures = []
     for multiple, half in _attempts(problem, settings):
-        found = shoot(problem, state, multiple, half, settings.tolerance, guess is not None)
+        near = guess is not None
+        found = shoot(problem, state, multiple, half, settings.tolerance, near, settle)
         if found.residual <= settings.tolerance and (rest is None or any(found.run.modes())):
             return found
         failures.append(found)
@@ -122,18 +127,22 @@ def _rest(problem: FrictionProblem) -> tuple[float, float] | None:
     return locked(problem).rest_interval(law.Q_s or 0.0) if isinstance(law, Coulomb) else None
 
 
+def _unique(problem: FrictionProblem) -> bool:
+    """Whether any two motions approach each other."""
+    law = problem.friction
+    return not isinstance(law, Coulomb) or law.Q_s == law.Q_m
+
+
 def _attempts(problem: FrictionProblem, settings: Settings) -> Iterator[tuple[int, bool]]:
     """Periods to look for, in forcing periods, and whether by half of them.
 
     A symmetric problem may have an orbit that is not, when Q_s > Q_m: then halves are not all.
     """
-    law = problem.friction
-    unique = not isinstance(law, Coulomb) or law.Q_s == law.Q_m
     for multiple in range(1, settings.max_multiple + 1):
         half = multiple % 2 == 1 and half_wave(problem)
         if half:
             yield multiple, True
-        if not (half and unique):
+        if not (half and _unique(problem)):
             yield multiple, False
 
 

@@ -31,6 +31,8 @@ from beltsim.event_map.walk import (
 )
 from beltsim.problem import FrictionProblem
 
+#: Residual to which a motion is followed where that decides which orbit is found.
+_SETTLED = 1e-6
 #: Residuals kept of a search; the last one is always that of its end.
 _HISTORY = 100
 #: Events of the orbit's walk for which room is made beforehand.
@@ -66,10 +68,12 @@ def shoot(
     half: bool,
     tolerance: float,
     near: bool,
+    settle: bool = False,
 ) -> Shooting:
     """Look for an orbit of `multiple` forcing periods from `state` (2n,).
 
-    `near`: the state is expected to be close, so Newton's method starts there.
+    `near`: the state is expected to be close, so Newton's method starts there. `settle`: the orbit
+    wanted is the one that the motion from `state` approaches.
 
     Raises
     ------
@@ -79,7 +83,7 @@ def shoot(
     N = 2 * problem.n
     sizes, arrays = run_arguments(problem, state)
     periods, sign = (0.5 * multiple, -1.0) if half else (1.0 * multiple, 1.0)
-    search = np.array([periods, sign, tolerance, float(near), 0.0])
+    search = np.array([periods, sign, tolerance, float(near), 0.0, _SETTLED if settle else 0.0])
     history, image, derivative = np.empty(_HISTORY), np.empty(N), np.empty((N, N))
     multipliers = np.empty(N, dtype=complex)
     found = (search, history, image, derivative, multipliers.view(float))

@@ -19,6 +19,8 @@
 #define FIRST_WALKS 3
 #define MOST_PERIODS 4000.0
 #define LONGEST_STRETCH 256
+/* Forcing periods for the motion to settle, where that decides which orbit. */
+#define SETTLING 1000.0
 /* Residual below which the derivative of the last step serves the next. */
 #define CLOSE 1e-5
 /* Residual that no further step improves. */
@@ -199,12 +201,28 @@ static bm_status follow_on(shooting *it, int walks) {
   return try_state(it, &it->now);
 }
 
+/* What comes before the first Newton step from a state that is not near. */
+static bm_status approach(shooting *it) {
+  bm_search *search = it->search;
+  bm_status status = BM_OK;
+  if (search->settle == 0.0 && it->now.residual > search->tolerance) {
+    return follow_on(it, FIRST_WALKS);
+  }
+  for (int walks = FIRST_WALKS;
+       status == BM_OK && it->now.residual > search->settle &&
+       search->followed < SETTLING && search->settle > 0.0;
+       walks = walks < LONGEST_STRETCH ? 2 * walks : LONGEST_STRETCH) {
+    status = follow_on(it, walks);
+  }
+  return status;
+}
+
 static bm_status look(shooting *it, int near) {
   bm_search *search = it->search;
   int stretch = 4;
   bm_status status = try_state(it, &it->now);
-  if (status == BM_OK && !near && it->now.residual > search->tolerance) {
-    status = follow_on(it, FIRST_WALKS);
+  if (status == BM_OK && !near) {
+    status = approach(it);
   }
   while (status == BM_OK && it->now.residual > search->tolerance &&
          search->followed < MOST_PERIODS) {

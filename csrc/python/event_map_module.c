@@ -26,7 +26,15 @@ enum {
 };
 
 /* Columns of `search`, in and out. */
-enum { S_PERIODS, S_SIGN, S_TOLERANCE, S_RESIDUAL, S_FOLLOWED, S_COUNT };
+enum {
+  S_PERIODS,
+  S_SIGN,
+  S_TOLERANCE,
+  S_RESIDUAL,
+  S_FOLLOWED,
+  S_SETTLE,
+  S_COUNT
+};
 
 static void pack(const bm_run *run, double *reals, int64_t *integers) {
   reals[R_TIME] = run->time;
@@ -283,6 +291,7 @@ static PyObject *orbit(PyObject *self, PyObject *args) {
       .sign = asked[S_SIGN],
       .tolerance = asked[S_TOLERANCE],
       .residual = asked[S_RESIDUAL],
+      .settle = asked[S_SETTLE],
       .capacity = capacity,
       .history = data[HISTORY],
       .image = data[IMAGE],

@@ -158,7 +158,7 @@ def orbit_arguments():
     names += ("free", "held", "reals", "integers", "state")
     return {name: shared[name] for name in names} | {
         "changes": changes_of(problem),
-        "search": np.array([1.0, 1.0, 1e-12, 0.0, 0.0]),
+        "search": np.array([1.0, 1.0, 1e-12, 0.0, 0.0, 0.0]),
         "history": np.zeros(20),
         "image": np.zeros(6),
         "derivative": np.zeros((6, 6)),

@@ -3,9 +3,12 @@
 And what friction can hold where nothing else does.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
+import beltsim
 from beltsim import (
     Coulomb,
     FrictionProblem,
@@ -18,6 +21,7 @@ from beltsim import (
 from beltsim.errors import CoreError, NotPeriodicError
 from beltsim.event_map.locked import locked
 
+EXAMPLES = Path(__file__).parents[2] / "examples"
 MIXED = Coulomb(0.7, 1.05)  # Q_cr = 1 lies between
 
 
@@ -57,6 +61,35 @@ def test_no_warning_where_every_motion_comes_to_rest(law):
 
 def test_a_guess_that_comes_to_rest_gives_the_locked_orbit():
     assert event_map.periodic(one_mass(MIXED), guess=[0.0, 0.0]).stick_fraction == 1.0
+
+
+def passenger_car():
+    """At 600 rpm an orbit with four events and one with eight, both stable."""
+    drive = beltsim.load_drive(EXAMPLES / "passenger_car_7_pulley.toml")
+    return beltsim.assemble(drive, rpm=600.0, n_functions=4)
+
+
+def test_without_a_guess_the_orbit_is_the_one_that_a_run_from_rest_approaches():
+    problem = passenger_car()
+    run = event_map.propagate(problem, 400)
+    orbit = event_map.periodic(problem)
+    assert run.period_residual < 1e-10
+    assert orbit.events.kind.tolist() == run.events.kind[run.events.t > run.window[0]].tolist()
+    assert orbit.dissipated_energy == pytest.approx(run.dissipated_energy, rel=1e-8)
+    assert event_map.survey([problem]).dissipated_energy == pytest.approx(run.dissipated_energy)
+
+
+def test_a_guess_finds_the_other_stable_orbit():
+    problem = passenger_car()
+    orbit = event_map.periodic(problem)
+    law = Coulomb(1.1 * problem.friction.Q_m)  # unique, and close to the other
+    guess = event_map.periodic(problem.with_friction(law)).initial_state
+    other = event_map.periodic(problem, guess=guess)
+    assert len(other.events) == 4
+    assert len(orbit.events) == 8
+    for one in (orbit, other):
+        assert np.abs(one.multipliers).max() < 0.99
+        assert one.period_residual < 1e-12
 
 
 def test_neighbours_in_a_grid_do_not_decide_between_orbits():

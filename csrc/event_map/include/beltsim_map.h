@@ -210,6 +210,8 @@ typedef struct {
   double periods;     /* of the walk: half those of the orbit with sign -1  */
   double sign;        /* the orbit ends as sign times its start             */
   double tolerance;   /* residual at which it counts as closed              */
+  double settle;      /* > 0: residual to which the motion is followed      */
+                      /* before Newton's method may choose another orbit    */
   double residual;    /* in: > 0 when the state is near an orbit; out: left */
   double followed;    /* out: forcing periods walked                        */
   int64_t capacity;   /* of the history                                     */
