@@ -13,11 +13,11 @@ Depends on: condensation.
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import cast
 
 import numpy as np
 from numpy.polynomial import legendre
-from scipy.special import spherical_jn
 
 from beltsim.checks import FloatArray
 from beltsim.harmonic_balance.condensation import ComplexArray, Condensed
@@ -44,64 +44,74 @@ def terms(condensed: Condensed) -> FloatArray:
     return np.array(alpha[: best + 1])
 
 
-class Phases:
-    r"""Periodic functions that are polynomials on each phase.
+@lru_cache(maxsize=32)
+def integrated(count: int, times: int) -> FloatArray:
+    """Legendre coefficients (times + 1, count + times, count) of P_k integrated 0, 1, ... times.
+
+    Each integral starts from 0 at -1.
+    """
+    found = np.zeros((times + 1, count + times, count))
+    for j in range(times + 1):
+        found[j, : count + j] = legendre.legint(np.eye(count), m=j, lbnd=-1) if j else np.eye(count)
+    found.flags.writeable = False
+    return found
+
+
+def powers(u: FloatArray, highest: int) -> FloatArray:
+    """u^m / m! in the last axis, m = 0 ... highest."""
+    found = np.ones((*np.shape(u), highest + 1))
+    for m in range(1, highest + 1):
+        found[..., m] = found[..., m - 1] * u / m
+    return found
+
+
+def starts(lengths: FloatArray, inner: FloatArray, jumps: FloatArray, mirror: int) -> FloatArray:
+    r"""Values (p, J + 1, columns) of the j-th integrals where phases start, h itself left out.
+
+    In a phase, :math:`I^j(u) = \sum_m y_{j-m} u^m/m!` and what h adds inside it; y_0 is minus the
+    mean of h. Closed by: after all phases the integrals are `mirror` times what they were.
 
     Parameters
     ----------
-    ends : (p + 1,) ascending angles, the last one turn after the first.
-    parts : p arrays (degree + 1, columns)
-        Legendre coefficients on each phase, one function per column.
+    lengths : (p,)
+    inner : (p, J + 1, columns)
+        What h adds to the integrals over each phase.
+    jumps : (p, columns)
+        Impulses of h just before each phase.
+    mirror : int
+        1, or -1 when the phases are half a period after which everything changes sign.
     """
+    top = inner.shape[1] - 1
+    shift = np.subtract.outer(np.arange(top + 1), np.arange(top + 1))
 
-    def __init__(self, ends: FloatArray, parts: list[FloatArray]) -> None:
-        self.ends, self.lengths = ends, np.diff(ends)
-        mean = self._mean(parts)
-        #: The functions without their mean, then their integrals without mean.
-        self.integrals = [_shifted(parts, [-mean] * len(parts))]
+    def moved(length: FloatArray) -> FloatArray:
+        return np.asarray(np.where(shift >= 0, powers(length, top)[..., np.abs(shift)], 0.0))
 
-    def _mean(self, parts: list[FloatArray]) -> FloatArray:
-        pairs = zip(self.lengths, parts, strict=True)
-        return cast("FloatArray", sum(length * part[0] for length, part in pairs)) / (2.0 * np.pi)
-
-    def integral(self, times: int) -> list[FloatArray]:
-        """The periodic integral, so many times, of the functions without their mean."""
-        while len(self.integrals) <= times:
-            found, starts = [], []
-            area = np.zeros(self.integrals[0][0].shape[1:])
-            for length, part in zip(self.lengths, self.integrals[-1], strict=True):
-                found.append(legendre.legint(part, lbnd=-1, scl=0.5 * length))
-                starts.append(area)
-                area = area + length * part[0]
-            found = _shifted(found, starts)
-            self.integrals.append(_shifted(found, [-self._mean(found)] * len(found)))
-        return self.integrals[times]
-
-    def weighted(self, weights: FloatArray, first: int, phase: int, s: FloatArray) -> FloatArray:
-        """Values (len(s), columns) of sum_j weights_j I^(first + j) at local s in a phase."""
-        self.integral(first + len(weights) - 1)
-        parts = [self.integrals[first + j][phase] for j in range(len(weights))]
-        total = np.zeros_like(parts[-1])
-        for weight, part in zip(weights, parts, strict=True):
-            total[: len(part)] += weight * part
-        return np.asarray(legendre.legvander(s, len(total) - 1) @ total)
+    steps, now = moved(lengths), np.zeros(inner.shape[1:])
+    found = np.empty_like(inner)
+    for i in range(len(lengths)):
+        now[1] += jumps[i]
+        found[i] = now
+        now = steps[i] @ now + inner[i]
+    closing = moved(lengths.sum()) - mirror * np.eye(top + 1)
+    first = np.zeros_like(now)
+    if mirror > 0:
+        first[:-1] = np.linalg.solve(closing[1:, :-1], -now[1:])
+    else:
+        first[1:] = np.linalg.solve(closing[1:, 1:], -now[1:])
+    return np.asarray(found + moved(np.cumsum(lengths) - lengths) @ first)
 
 
-def harmonics(orders: FloatArray, start: float, end: float, count: int) -> ComplexArray:
-    r"""Harmonics (count, nS) of P_k over a phase and zero elsewhere.
+def harmonics(orders: FloatArray, begin: FloatArray, end: FloatArray, count: int) -> ComplexArray:
+    r"""Harmonics (p, count, nS) of P_k on each phase and zero elsewhere.
 
     .. math:: \frac1\pi\int P_k e^{-ir\tau}d\tau = \frac{b - a}{\pi}(-i)^k j_k(r(b - a)/2)
               e^{-ir(a + b)/2}
     """
-    k = np.arange(count)
-    argument = 0.5 * orders * (end - start)
-    size = spherical_jn(k[:, None], argument[None, :]) * (end - start) / np.pi
-    turned = np.exp(-0.5j * orders * (start + end))
-    return np.asarray((-1j) ** k[:, None] * size * turned)
+    from scipy.special import spherical_jn  # slow to import, and only patterns need it
 
-
-def _shifted(parts: list[FloatArray], by: list[FloatArray]) -> list[FloatArray]:
-    moved = [part.copy() for part in parts]
-    for part, value in zip(moved, by, strict=True):
-        part[0] += value
-    return moved
+    k, length = np.arange(count), end - begin
+    argument = 0.5 * np.multiply.outer(length, orders)
+    size = spherical_jn(k[:, None], argument[:, None, :]) * (length / np.pi)[:, None, None]
+    turned = np.exp(-0.5j * np.multiply.outer(begin + end, orders))
+    return np.asarray((-1j) ** k[:, None] * size * turned[:, None, :])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.problems import random_problem
@@ -9,7 +11,7 @@ from support.problems import random_problem
 import beltsim
 from beltsim import Coulomb, FrictionProblem, HarmonicForcing, SaturatedCoulomb, event_map
 from beltsim.errors import ConvergenceError, InvalidProblemError, UnsupportedLawError
-from beltsim.harmonic_balance import Pattern, Settings, condense, solve
+from beltsim.harmonic_balance import Pattern, Settings, _instants, condense, solve
 from beltsim.harmonic_balance._instants import Instants
 from beltsim.harmonic_balance._tail import terms
 
@@ -152,7 +154,7 @@ def test_the_mobility_beyond_the_last_harmonic() -> None:
 def test_the_velocity_is_that_of_its_series() -> None:
     """The closed form against 40 000 harmonics of the same torque."""
     problem = one_mass(1.2)
-    pattern = Pattern(["stick", "slip-", "reverse", "stick", "slip+"], [1, 3, 6, 8, 11], "slip+")
+    pattern = ASYMMETRIC
     condensed = condense(problem, 9, "all")
     equations = Instants(condensed, problem.friction, pattern)
     motion = equations.motion(pattern.angles(condensed.Omega))
@@ -161,21 +163,58 @@ def test_the_velocity_is_that_of_its_series() -> None:
     powers = (1j * full.orders[:, None]) ** -np.arange(1.0, 4.0)
     mobility = powers @ equations.alpha
     mobility[:9] = condensed.mobility
-    waves, _ = full._columns(motion.phases.ends)
+    full.count = equations.count
+    ends = equations.ends(motion.angles)
     held = np.concatenate([[1.0], *(motion.parts[i] for i in (0, 3))])
-    series = -mobility * (held @ waves)
+    series = -mobility * (held @ full._waves(ends, len(held) - 1)[: len(held)])
     series[:9] += condensed.velocity
     s = np.array([-0.9, -0.2, 0.5])
-    for phase in range(5):
-        start, end = motion.phases.ends[phase : phase + 2]
-        tau = start + 0.5 * (s + 1.0) * (end - start)
-        wanted = (np.exp(1j * np.multiply.outer(tau, full.orders)) @ series).real
-        assert np.abs(equations.velocity(motion, phase, s) - wanted).max() < 1e-8
-        slope = equations.velocity(motion, phase, s + 1e-6) - equations.velocity(
-            motion, phase, s - 1e-6
+    tau = ends[:-1, None] + 0.5 * (s + 1.0) * np.diff(ends)[:, None]
+    wanted = (np.exp(1j * np.multiply.outer(tau, full.orders)) @ series).real
+    assert np.abs(equations.velocity(motion, s) - wanted).max() < 1e-8
+    slope = equations.velocity(motion, s + 1e-6) - equations.velocity(motion, s - 1e-6)
+    derivative = slope / (1e-6 * np.diff(ends)[:, None])
+    assert np.abs(equations.velocity(motion, s, 1) - derivative).max() < 1e-7
+
+
+ASYMMETRIC = Pattern(["stick", "slip-", "reverse", "stick", "slip+"], [1, 3, 6, 8, 11], "slip+")
+
+
+@pytest.mark.parametrize("name", ["whole period", "half a period"])
+def test_the_derivative_by_the_instants(name: str) -> None:
+    """Impulses at the events against differences of the conditions, reversals included."""
+    problem = one_mass(1.2)
+    if name == "whole period":
+        pattern = ASYMMETRIC
+    else:
+        t = np.array([1.0, 3.0, 4.5])
+        times = np.concatenate([t, t + 0.5 * problem.period])
+        pattern = Pattern(
+            [*("stick", "slip+", "reverse"), *("stick", "slip-", "reverse")], times, "slip+"
         )
-        derivative = slope / (1e-6 * (end - start))
-        assert np.abs(equations.velocity(motion, phase, s, 1) - derivative).max() < 1e-7
+    equations = Instants(condense(problem, 15, "all"), problem.friction, pattern)
+    assert equations.half_wave == (name == "half a period")
+    angles = equations.given
+    exact = equations.motion(angles).derivative
+    for i, unit in enumerate(np.eye(len(angles))):
+        after, before = (equations.motion(angles + e * unit).residual for e in (1e-5, -1e-5))
+        assert (after - before) / 2e-5 == pytest.approx(exact[:, i], abs=1e-6 * np.abs(exact).max())
+
+
+def test_half_a_period_tells_all_where_forcing_and_pattern_are_symmetric() -> None:
+    """And only there: the same motion from the whole period, and no symmetry where none is."""
+    problem = one_mass(1.5)
+    pattern = pattern_of(event_map.periodic(problem, EXACT))
+    condensed, law = condense(problem, 21, "all"), problem.friction
+    uneven = Pattern(pattern.kind, pattern.t + 1e-6 * np.eye(4)[2], pattern.initial_mode)
+    halves = [Instants(condensed, law, given).half_wave for given in (pattern, uneven)]
+    assert halves == [True, False]
+    by_half, by_whole = (_instants.solve(condensed, law, given) for given in (pattern, uneven))
+    assert np.abs(by_half.torque - by_whole.torque).max() < 1e-10 * law.Q_m
+    assert np.abs(by_half.located.found.angles - by_whole.located.found.angles).max() < 1e-10
+    pushed = HarmonicForcing(0.5, [[0.0], [1.0], [0.01]], [[0.0], [0.0], [0.0]])
+    even = condense(replace(problem, forcing=pushed), 21, "all")
+    assert not Instants(even, law, pattern).half_wave
 
 
 WRONG = {
