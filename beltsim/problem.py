@@ -438,6 +438,12 @@ def _companion_mistakes(problem: FrictionProblem, n: int) -> list[Mistake]:
     return mistakes
 
 
+def require_problem(problem: Any) -> None:
+    """Refuse what is no FrictionProblem."""
+    if not isinstance(problem, FrictionProblem):
+        raise InvalidProblemError(Mistake("problem", problem, "a FrictionProblem"))
+
+
 def listed_problems(problems: Any) -> list[FrictionProblem]:
     """The problems of a grid as a list; anything else is refused, with its place.
 

@@ -2,7 +2,15 @@
 
 import pytest
 
-from beltsim import Coulomb, FrictionProblem, HarmonicForcing, event_map, harmonic_balance
+from beltsim import (
+    Coulomb,
+    FrictionProblem,
+    HarmonicForcing,
+    cross_check,
+    event_map,
+    harmonic_balance,
+    transient,
+)
 from beltsim.errors import InvalidProblemError
 
 PUSH = HarmonicForcing(0.5, cos=[[0.0], [1.0]], sin=[[0.0], [0.0]])
@@ -24,8 +32,21 @@ def test_what_is_no_grid(solver):
             function(GRID[0])
         with pytest.raises(InvalidProblemError, match=r"problems\[1\] = 3"):
             function([GRID[0], 3])
+
+
+@pytest.mark.parametrize(
+    "function",
+    [
+        event_map.periodic,
+        event_map.propagate,
+        harmonic_balance.solve,
+        transient.integrate,
+        cross_check.check,
+    ],
+)
+def test_what_is_no_problem(function):
     with pytest.raises(InvalidProblemError, match="problem = 3: must be a FrictionProblem"):
-        event_map.periodic(3)
+        function(3)
 
 
 @pytest.mark.parametrize("function", [harmonic_balance.solve_many, harmonic_balance.survey])

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -54,15 +54,18 @@ class Candidate:
         Share of a forcing period to which it knows an instant; 0: to `accuracy`.
     seconds : float
     reason : str
+    denies : bool
+        Whether it gave no motion because it says that there is none.
     """
 
     name: str
-    motion: Motion | None
+    motion: Motion | None = field(repr=False)
     note: str
     accuracy: float = 0.0
     ripple: float = 0.0
     seconds: float = 0.0
     reason: str = ""
+    denies: bool = False
 
 
 def candidates(
@@ -96,7 +99,7 @@ def candidates(
         try:
             one = solver(name, problem, found, tolerance)
         except BeltsimError as error:
-            one = Candidate(name, None, str(error))
+            one = Candidate(name, None, str(error), denies=isinstance(error, NotPeriodicError))
         found.append(
             Candidate(**{**vars(one), "seconds": time.perf_counter() - start})  # as it was timed
         )
@@ -146,7 +149,7 @@ def _transient(
             break
     else:
         change = _change(run, period)
-        raise NotPeriodicError(f"not steady after {done} periods: still changes by {change:.1g}")
+        raise ConvergenceError(f"not steady after {done} periods: still changes by {change:.1g}")
     method = settings.method_for(problem)
     note = f"CVODE ({method}), rtol {RTOL:g}, steady after {done} periods from rest"
     reason = "what is left of the transient, and steps of rtol 1e-9"

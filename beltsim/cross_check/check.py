@@ -17,7 +17,7 @@ from beltsim.cross_check.candidates import Candidate, candidates
 from beltsim.cross_check.motion import Motion
 from beltsim.cross_check.residuals import Residuals, residuals
 from beltsim.errors import InvalidProblemError, Mistake
-from beltsim.problem import FrictionProblem, Observable
+from beltsim.problem import FrictionProblem, Observable, require_problem
 
 #: Largest residual of a motion that claims to be exact: the quadrature behind it is no better.
 EXACT_RESIDUAL = 1e-5
@@ -104,6 +104,11 @@ class Check:
         if len(self.residuals) < 2:
             found.append(f"{len(self.residuals)} of the solvers gave a motion: nothing to compare")
         for one in self.candidates:
+            if one.denies and self.residuals:
+                others = ", ".join(self.residuals)
+                found.append(
+                    f"{one.name} denies that there is a motion, unlike {others}: {one.note}"
+                )
             if one.motion is None or one.ripple:
                 continue
             name, worst = _worst(self.residuals[one.name])
@@ -117,8 +122,15 @@ class Check:
 
     @property
     def agrees(self) -> bool:
-        """Whether all candidates agree and none violates the equations."""
+        """Whether no solver contradicts another, and none violates the equations.
+
+        Solvers that gave no motion because a method or a budget ends there do not count.
+        """
         return not self.faults
+
+    def __repr__(self) -> str:
+        moving = f"{len(self.residuals)} of {len(self.candidates)} solvers gave a motion"
+        return f"<Check: {moving}; {'; '.join(self.faults) or 'they agree'}>"
 
     def _sentence(self, gap: Difference) -> str:
         reference = self.reference
@@ -171,6 +183,7 @@ def check(
     >>> found.agrees, [one.name for one in found.candidates]
     (True, ['event map', 'C core', 'set-valued balance', 'saturated balance'])
     """
+    require_problem(problem)
     require_tolerance(tolerance)
     if problem.joint is None:
         allowed = "an index: without a joint there is no friction"

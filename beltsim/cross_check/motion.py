@@ -199,7 +199,7 @@ def _cut(response: Response, start: float, end: float, hair: float) -> list[Piec
             k = inside[i]
             parts.append(_at_event(log, k, log.torque_before[k]))
         joined = [np.concatenate(column) for column in zip(*parts, strict=True)]
-        _mend_ends(joined, log, hair)
+        _mend_ends(joined, log, hair, end - start)
         if len(joined[0]) > 1:
             pieces.append(Piece(*joined))
     return pieces
@@ -209,10 +209,14 @@ def _at_event(log: Any, k: int, torque: float) -> tuple[FloatArray, ...]:
     return log.t[k : k + 1], log.q[k : k + 1], log.q_dot[k : k + 1], np.array([torque])
 
 
-def _mend_ends(joined: list[FloatArray], log: Any, hair: float) -> None:
-    """A sample taken at an event has one of two torques: take the one of its own side."""
-    for k in range(len(log)):
-        if abs(log.t[k] - joined[0][0]) <= hair:
-            joined[3][0] = log.torque_after[k]
-        elif abs(log.t[k] - joined[0][-1]) <= hair:
-            joined[3][-1] = log.torque_before[k]
+def _mend_ends(joined: list[FloatArray], log: Any, hair: float, length: float) -> None:
+    """A sample taken at an event has one of two torques: take the one of its own side.
+
+    The motion repeats after `length`: an event at its start is one at its end, and the log of an
+    orbit has it once.
+    """
+    late = log.t[:, None] + length * np.arange(-1, 2)
+    for k in np.flatnonzero(np.any(np.abs(late - joined[0][0]) <= hair, axis=1)):
+        joined[3][0] = log.torque_after[k]
+    for k in np.flatnonzero(np.any(np.abs(late - joined[0][-1]) <= hair, axis=1)):
+        joined[3][-1] = log.torque_before[k]

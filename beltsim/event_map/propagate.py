@@ -17,7 +17,7 @@ from beltsim.event_map.motion import sampled
 from beltsim.event_map.settings import Settings, settled
 from beltsim.event_map.walk import MODES, walk
 from beltsim.friction import Coulomb
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, require_problem
 from beltsim.response import PERIODIC_TOLERANCE, Response, figures, friction_travel
 
 
@@ -74,8 +74,7 @@ def propagate(
 
 def require_joint(problem: FrictionProblem) -> None:
     """Refuse a problem without friction: there is nothing to locate."""
-    if not isinstance(problem, FrictionProblem):
-        raise InvalidProblemError(Mistake("problem", problem, "a FrictionProblem"))
+    require_problem(problem)
     if problem.friction is None:
         text = "the event map needs a friction joint; give the linear problem one with Coulomb(0)"
         raise UnsupportedLawError(text)

@@ -19,7 +19,7 @@ from beltsim.harmonic_balance.pattern import Pattern
 from beltsim.harmonic_balance.result import build
 from beltsim.harmonic_balance.set_valued import Solved
 from beltsim.harmonic_balance.settings import Settings, is_integer
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, require_problem
 from beltsim.response import Response
 
 #: The difference to a solution with 2R + 5 harmonics is multiplied by this.
@@ -77,8 +77,8 @@ def solve(problem: FrictionProblem, R: int = 15, settings: Settings | None = Non
     (['stick', 'slip-', 'stick', 'slip+'], 1.0)
     """
     settings = settings or DEFAULTS
-    law = problem.friction
     condensed, solved, coordinates = solved_series(problem, R, settings)
+    law = problem.friction
     statistics = _statistics(condensed, solved, settings, _method(law, settings))
     if settings.estimate:
         statistics["error_estimate"] = _estimate(problem, condensed, solved, settings)
@@ -127,6 +127,7 @@ def _harmonics(settings: Settings) -> str:
 
 
 def _check(problem: FrictionProblem, R: Any, settings: Settings) -> None:
+    require_problem(problem)
     law = problem.friction
     mistakes = []
     if not isinstance(settings, Settings):

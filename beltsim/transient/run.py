@@ -13,7 +13,7 @@ import numpy as np
 
 from beltsim.checks import FloatArray, finite_array, real_number
 from beltsim.errors import CoreError, InvalidProblemError, Mistake
-from beltsim.problem import FrictionProblem
+from beltsim.problem import FrictionProblem, require_problem
 from beltsim.response import Response
 from beltsim.transient.driver import Driver
 from beltsim.transient.result import build
@@ -97,8 +97,7 @@ def _checked(
     problem: Any, periods: Any, initial_state: Any, settings: Any
 ) -> tuple[FloatArray, float]:
     """Initial state and end time, or every mistake in the arguments."""
-    if not isinstance(problem, FrictionProblem):
-        raise InvalidProblemError(Mistake("problem", problem, "a FrictionProblem"))
+    require_problem(problem)
     mistakes = common_mistakes(periods, settings)
     length = real_number(periods)
     if problem.n == 0:

@@ -180,3 +180,31 @@ def test_short_sticks_are_reversals_for_who_cannot_see_them():
     angles, kinds = _merged(motion, 0.9)
     assert kinds == ["reverse", "reverse"]
     assert np.diff(angles) == pytest.approx(0.5, abs=1e-9)
+
+
+def test_an_event_at_the_start_of_the_period_is_one_at_its_end():
+    """Without damping at half the natural frequency the joint turns at t = 0, a tie of rounding."""
+    push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    mass = FrictionProblem([[1.0]], [[0.0]], [[0.0]], [[1.0]], 0, push, Coulomb(0.05))
+    turning = event_map.periodic(mass, SETTINGS)
+    assert turning.events.t[0] < 1e-12 * mass.period
+    motion = motion_of(turning)
+    assert motion.pieces[0].torque[0] == turning.events.torque_after[0]
+    assert motion.pieces[-1].torque[-1] == turning.events.torque_before[0]
+    assert residuals(motion).worst <= EXACT_RESIDUAL
+
+
+def test_a_solver_that_denies_the_motion_of_the_others_is_a_fault():
+    push = HarmonicForcing(0.5, [[0.0], [1.0]], [[0.0], [0.0]])
+    falling = FrictionProblem([[1.0]], [[0.02]], [[0.0]], [[-1.0]], 0, push, Coulomb(0.4))
+    found = check(falling, tolerance=0.05)
+    assert not found.agrees
+    assert "event map denies" in found.faults[0]
+    assert "unstable" in found.faults[0]
+    assert "event map denies" in repr(found)
+    assert len(repr(found)) < 1000
+
+
+def test_a_check_shows_itself_in_a_line():
+    found = compare([as_candidate(orbit(), "first"), as_candidate(orbit(), "second")])
+    assert repr(found) == "<Check: 2 of 2 solvers gave a motion; they agree>"
