@@ -21,6 +21,8 @@ from beltsim.friction import SaturatedCoulomb
 from beltsim.problem import FrictionProblem
 
 METHODS = ("auto", "adams", "bdf", "taylor")
+#: The fastest decay over the fastest oscillation from which on the problem counts as stiff.
+STIFF = 100.0
 KEEPS = ("last_period", "all", "events")
 #: Share of rtol that the default absolute tolerances allow on a full swing.
 ATOL_SHARE = 0.01
@@ -49,7 +51,8 @@ class Settings:
     method : str
         ``"adams"`` (CVODE, fixed-point corrector), ``"bdf"`` (CVODE, dense Newton), ``"taylor"``
         (local Taylor series of order 20 throughout: no CVODE, fastest), or ``"auto"``: Adams, but
-        BDF for the saturated law, whose band is stiff.
+        BDF where the problem is stiff: the saturated law's band, or a mode that decays a hundred
+        times faster than the system oscillates.
     samples_per_period : int
         Samples per forcing period; both ends of the stretch are included.
     keep : str
@@ -123,7 +126,8 @@ class Settings:
         """The method used for `problem`: "adams", "bdf" or "taylor"."""
         if self.method != "auto":
             return self.method
-        return "bdf" if isinstance(problem.friction, SaturatedCoulomb) else "adams"
+        stiff = isinstance(problem.friction, SaturatedCoulomb) or _is_stiff(problem)
+        return "bdf" if stiff else "adams"
 
     def step_share(self, problem: FrictionProblem) -> float:
         """Share of both tolerances that one step is held to."""
@@ -159,6 +163,23 @@ def _is_budget(value: Any) -> bool:
     return number is not None and number > 0.0
 
 
+def _is_stiff(problem: FrictionProblem) -> bool:
+    """Whether damping alone would hold an explicit method to steps far below any oscillation."""
+    fastest, damping = _largest(problem.K, problem.M), _largest(problem.C, problem.M)
+    forced = problem.forcing.Omega * (len(problem.forcing.cos) - 1)
+    return damping > STIFF * max(math.sqrt(max(fastest, 0.0)), forced)
+
+
+def _largest(matrix: FloatArray, mass: FloatArray) -> float:
+    """Largest eigenvalue of a symmetric matrix over the mass matrix."""
+    from scipy.linalg import eigvalsh
+
+    last = len(mass) - 1
+    if last < 0:
+        return 0.0
+    return float(eigvalsh(matrix, mass, subset_by_index=[last, last])[0])
+
+
 def reference_energy(problem: FrictionProblem, y0: FloatArray, length: float) -> float:
     r"""Energy by which the absolute tolerances are scaled.
 
@@ -169,7 +190,8 @@ def reference_energy(problem: FrictionProblem, y0: FloatArray, length: float) ->
     """
     n = problem.n
     q, v = y0[:n], y0[n:]
-    start = abs(0.5 * float(v @ problem.M @ v + q @ problem.K @ q))
+    with np.errstate(over="ignore", invalid="ignore"):  # a motion that runs away ends as inf
+        start = abs(0.5 * float(v @ problem.M @ v + q @ problem.K @ q))
     keep = np.arange(n)
     steady = _harmonic_energy(problem, keep)
     if problem.joint is not None and n > 1:

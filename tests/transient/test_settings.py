@@ -1,12 +1,17 @@
 """Settings, tolerances from the reference energy, and the budget of events."""
 
+import math
+import warnings
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from support.problems import random_problem
 
 from beltsim import Coulomb, FrictionProblem, HarmonicForcing, SaturatedCoulomb
 from beltsim.errors import InvalidProblemError
-from beltsim.transient import Settings
+from beltsim.event_map import propagate
+from beltsim.transient import Settings, integrate
 from beltsim.transient.settings import default_atol, events_per_period, reference_energy
 
 DRY = Coulomb(0.2)
@@ -76,6 +81,24 @@ def test_auto_takes_bdf_for_the_saturated_law():
     assert Settings().method_for(one_mass().freed()) == "adams"
     assert Settings().method_for(one_mass(friction=SaturatedCoulomb(0.2, 1e-3))) == "bdf"
     assert Settings(method="taylor").method_for(one_mass()) == "taylor"
+
+
+def test_auto_takes_bdf_where_damping_is_stiff():
+    light = replace(one_mass(), M=[[1e-9]], C=[[1.0]])
+    assert Settings().method_for(light) == "bdf"
+    assert Settings(method="adams").method_for(light) == "adams"
+    budget = Settings(max_steps=10_000)
+    run = integrate(light, periods=2.0, settings=budget)
+    exact = propagate(light, periods=2.0)
+    assert run.events.kind.tolist() == exact.events.kind.tolist()
+    assert np.abs(run.events.t - exact.events.t).max() < 1e-7 * light.period
+
+
+def test_a_state_that_overflows_the_energy_warns_nobody():
+    problem = one_mass()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert math.isfinite(reference_energy(problem, np.array([1e300, 0.0]), 1.0))
 
 
 def test_the_energy_is_that_of_the_larger_linear_response():
