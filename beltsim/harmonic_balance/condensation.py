@@ -265,17 +265,21 @@ def _by_lapack(system: System) -> tuple[Any, ...]:
                 found[i] = np.linalg.solve(D[i], columns[i])
             except np.linalg.LinAlgError:
                 continue
-    # in coordinates of unit mass: how far the answer exceeds load over stiffness
-    root = np.sqrt(np.diag(M))
-    with np.errstate(invalid="ignore", over="ignore"):
-        answer = np.abs(found * root[:, None]).max(axis=1)
-        given = np.abs(columns / root[:, None]).max(axis=1)
-        stiffness = np.abs(D / root[:, None] / root).max(axis=(1, 2))
-        sound = (answer * stiffness[:, None] <= RESONANCE_LIMIT * given) | (given == 0.0)
-    faulty = np.flatnonzero(~sound.all(axis=1))
+    faulty = np.flatnonzero(~_sound(found, columns, D, M).all(axis=1))
     unit, free = np.ascontiguousarray(found[:, :, 0]), np.ascontiguousarray(found[:, :, 1])
     joints = _impedances.seen(unit, free, joint, Omega, orders)
     return unit, free, *joints, int(faulty[0]) if len(faulty) else -1
+
+
+def _sound(found: Any, columns: Any, D: Any, M: FloatArray) -> NDArray[np.bool_]:
+    """Whether no answer exceeds load over stiffness by too much, in coordinates of unit mass."""
+    root = np.sqrt(np.diag(M))
+    with np.errstate(invalid="ignore", over="ignore"):
+        answer = np.abs(found * root[:, None]).max(axis=-2)
+        given = np.abs(columns / root[:, None]).max(axis=-2)
+        stiffness = np.abs(D / root[:, None] / root).max(axis=(-2, -1))
+        sound = (answer * stiffness[..., None] <= RESONANCE_LIMIT * given) | (given == 0.0)
+    return cast("NDArray[np.bool_]", sound)
 
 
 def _static(problem: FrictionProblem) -> tuple[FloatArray | None, FloatArray]:
@@ -285,8 +289,7 @@ def _static(problem: FrictionProblem) -> tuple[FloatArray | None, FloatArray]:
     columns[:, 1] = problem.forcing.cos[0]
     try:
         found = np.asarray(np.linalg.solve(problem.K, columns), dtype=np.float64)
-        size = np.abs(problem.K).max() * np.abs(found).max(axis=0)
-        if np.all(size <= RESONANCE_LIMIT * np.maximum(np.abs(columns).max(axis=0), 1e-300)):
+        if np.all(_sound(found, columns, problem.K, problem.M)):
             return found[:, 0], found[:, 1]
     except np.linalg.LinAlgError:
         pass

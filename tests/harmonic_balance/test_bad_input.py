@@ -93,6 +93,27 @@ def test_a_singular_stiffness_without_mean_load_moves_about_zero() -> None:
     assert found.stops_per_period >= 0.0
 
 
+@pytest.mark.parametrize("unit", [1e3, 1e6])
+def test_a_regular_stiffness_in_mixed_units_is_not_taken_for_singular(unit) -> None:
+    """The same two masses under a mean load, with one coordinate in units far from the other's."""
+    forcing = HarmonicForcing(0.5, [[0.3, 0.2], [1.0, 0.0]], np.zeros((2, 2)))
+    K = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    plain = FrictionProblem(np.eye(2), 0.05 * K, np.zeros((2, 2)), K, 0, forcing, DRY)
+    scale = np.diag([1.0 / unit, unit])
+    scaled = FrictionProblem(
+        scale @ scale,
+        0.05 * scale @ K @ scale,
+        np.zeros((2, 2)),
+        scale @ K @ scale,
+        0,
+        HarmonicForcing(0.5, forcing.cos @ scale, forcing.sin),
+        Coulomb(DRY.Q_m / unit),
+    )
+    quick = Settings(estimate=False)
+    expected = solve(plain, 9, quick).coefficients
+    assert np.allclose(solve(scaled, 9, quick).coefficients @ scale, expected, rtol=0, atol=1e-10)
+
+
 def test_an_undamped_resonance() -> None:
     forcing = HarmonicForcing(1.0, [[0.0], [1.0]], [[0.0], [0.0]])
     with pytest.raises(InvalidProblemError, match="harmonic 1"):
