@@ -28,6 +28,8 @@ from beltsim.checks import FloatArray
 CENTRALITY = 1e-4
 #: Share of the way to the border that a step may go.
 TO_BORDER = 0.995
+#: Columns that are factorised at a time.
+BLOCK = 64
 
 
 def compiled(function: Callable[..., Any]) -> Any:
@@ -40,23 +42,41 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 @compiled
 def factorise(a, pivots):
-    """LU factors of `a` (m, m) in place, with row exchanges `pivots` (m,)."""
+    """LU factors of `a` (m, m) in place, with row exchanges `pivots` (m,).
+
+    Columns are worked on in blocks; what a block does to the columns right of it is one product.
+    """
     m = a.shape[0]
-    for k in range(m):
-        p = k
-        for i in range(k + 1, m):
-            if abs(a[i, k]) > abs(a[p, k]):
-                p = i
-        pivots[k] = p
-        if p != k:
-            for j in range(m):
-                a[k, j], a[p, j] = a[p, j], a[k, j]
-        scale, above = 1.0 / a[k, k], a[k, k + 1 :]
-        for i in range(k + 1, m):
-            factor, row = a[i, k] * scale, a[i, k + 1 :]  # slices compile to vector instructions
-            a[i, k] = factor
+    for first in range(0, m, BLOCK):
+        last = min(first + BLOCK, m)
+        for k in range(first, last):
+            p = k
+            for i in range(k + 1, m):
+                if abs(a[i, k]) > abs(a[p, k]):
+                    p = i
+            pivots[k] = p
+            if p != k:
+                for j in range(m):
+                    a[k, j], a[p, j] = a[p, j], a[k, j]
+            scale, above = 1.0 / a[k, k], a[k, k + 1 : last]
+            for i in range(k + 1, m):
+                factor, row = a[i, k] * scale, a[i, k + 1 : last]  # slices make vector instructions
+                a[i, k] = factor
+                for j in range(len(row)):
+                    row[j] -= factor * above[j]
+        if last == m:
+            break
+        for k in range(first, last):
+            above = a[k, last:]
+            for i in range(k + 1, last):
+                factor, row = a[i, k], a[i, last:]
+                for j in range(len(row)):
+                    row[j] -= factor * above[j]
+        change = a[last:, first:last].copy() @ a[first:last, last:].copy()
+        for i in range(last, m):
+            row, by = a[i, last:], change[i - last]
             for j in range(len(row)):
-                row[j] -= factor * above[j]
+                row[j] -= by[j]
 
 
 @compiled

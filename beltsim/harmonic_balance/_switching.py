@@ -28,6 +28,7 @@ from __future__ import annotations
 import numpy as np
 
 from beltsim.harmonic_balance._kernels import (
+    BLOCK,
     apply_mobility,
     compiled,
     factorise,
@@ -45,6 +46,8 @@ WRONG = 1e-8
 #: Cells whose torque is this close to a bound are at it: on the path, and after the interior-point
 #: method.
 AT_BOUND, EDGE = 1e-9, 1e-2
+#: Cells beyond which a path that is not short is given up.
+MANY = 400
 #: Residual at which the interior-point method gives way to the search for instants, and its most
 #: iterations.
 INTERIOR, MOST_INTERIOR = 1e-8, 60
@@ -299,6 +302,7 @@ def polished(edges, count, sign, orders, images, mobility, free, grid, tolerance
     table, turned = np.empty((room, m)), np.empty((m, room))
     matrix, right, pivots = np.empty((room, room)), np.empty(room), np.empty(room, np.int64)
     pairs, work, x, worst = np.empty(m), np.empty(m), np.empty(m), np.inf
+    product = np.empty((0, 0))
     met = MET * period / m
     stiff = 1e-300
     for k in range(len(orders)):
@@ -333,13 +337,18 @@ def polished(edges, count, sign, orders, images, mobility, free, grid, tolerance
             apply_mobility(mobility, work)
             for k in range(m):
                 turned[k, j] = work[k] * (2.0 * images / np.pi)
+        if count > BLOCK:
+            product = table[:count] @ turned[:, :count].copy()
         for i in range(count):
             row, diagonal = matrix[i, :count], matrix[i, i]
-            row[:] = 0.0
-            for k in range(m):
-                factor, wave = table[i, k], turned[k, :count]
-                for j in range(count):
-                    row[j] += factor * wave[j]
+            if count > BLOCK:
+                row[:] = product[i]
+            else:
+                row[:] = 0.0
+                for k in range(m):
+                    factor, wave = table[i, k], turned[k, :count]
+                    for j in range(count):
+                        row[j] += factor * wave[j]
             row[i] += diagonal
         factorise(matrix[:count, :count], pivots[:count])
         substitute(matrix[:count, :count], pivots[:count], right[:count])
@@ -388,7 +397,8 @@ def searched(
     worst, steps : as from `polished`.
     """
     _, A, free = scaled(mobility, velocity, Q_m)
-    most_pivots = 2 * len(table)  # more cost more than an interior-point solution
+    # more cost more than an interior-point solution, the sooner the more cells there are
+    most_pivots = 2 * len(table) if len(table) <= MANY else len(table) // 2
     h, pivots = path(table, weight, images, A, free, most_pivots)
     if pivots == most_pivots:
         h = interior_point(table, weight, A, free, 0.0, INTERIOR, MOST_INTERIOR)[0]

@@ -165,7 +165,7 @@ def _least_bound(highest: int, half_wave: bool, wanted: FloatArray) -> float:
         jump = 2.0 * sign * (1.0 - 2.0 * (np.arange(count) % 2))
         jacobian[:, :count] = images / np.pi * bound * (jump[:, None] * table).T
         jacobian[:, count] = pairs
-        step = np.linalg.lstsq(jacobian, missing, rcond=None)[0]
+        step = _newton_step(jacobian, missing)
         room = np.diff(np.append(edges, edges[:1] + period))
         closing = -np.diff(np.append(step[:count], step[:1]))
         nearing = closing > 0.0
@@ -175,8 +175,20 @@ def _least_bound(highest: int, half_wave: bool, wanted: FloatArray) -> float:
     return float(high)
 
 
-def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
+def _newton_step(jacobian: FloatArray, missing: FloatArray) -> FloatArray:
+    """The shortest step, which there is one of only where no instant is missing or idle."""
+    if jacobian.shape[0] == jacobian.shape[1]:
+        try:
+            return np.asarray(np.linalg.solve(jacobian, missing), dtype=np.float64)
+        except np.linalg.LinAlgError:
+            pass
+    return np.asarray(np.linalg.lstsq(jacobian, missing, rcond=None)[0], dtype=np.float64)
+
+
+def solve(condensed: Condensed, Q_m: float, settings: Settings, moves: bool = False) -> Solved:
     """The truncated problem's solution for the torque `Q_m` >= 0.
+
+    `moves`: it is known to move, as it does with fewer harmonics: Q_cr(R) never falls as R grows.
 
     Raises
     ------
@@ -186,7 +198,7 @@ def solve(condensed: Condensed, Q_m: float, settings: Settings) -> Solved:
     if Q_m == 0.0:
         zero = np.zeros(len(condensed.orders), dtype=complex)
         return Solved(zero, condensed.velocity, 0.0, *_empty(), False, 0.0, 0)
-    if Q_m >= critical_bound(condensed):
+    if not moves and Q_m >= critical_bound(condensed):
         return locked(condensed)
     if not settings.samples_torque(saturated=False):
         tried = []

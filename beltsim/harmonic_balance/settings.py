@@ -51,8 +51,8 @@ class Settings:
         Saturated law: ``"linear"`` (the response without friction) or ``"set_valued"`` (an
         interior-point solution of the same balance, which exists and is found for any sigma).
     estimate : bool
-        Whether to estimate the error from a second solution with 2R + 5 harmonics, which
-        costs several times the solution itself.
+        Whether to estimate the error from a second solution, with 2R + 5 harmonics, which costs
+        several times the solution itself; above R = 100 with half of R.
     samples_per_period : int
         Samples of the response per forcing period; both ends are included.
 

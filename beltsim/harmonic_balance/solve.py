@@ -22,8 +22,10 @@ from beltsim.harmonic_balance.settings import Settings, is_integer
 from beltsim.problem import FrictionProblem, require_problem
 from beltsim.response import Response
 
-#: The difference to a solution with 2R + 5 harmonics is multiplied by this.
-ESTIMATE_FACTOR = 4.0
+#: The difference to a solution with 2R + 5 harmonics, or with about half of R, times this.
+TO_MORE, TO_FEWER = 4.0, 2.0
+#: Harmonics above which the second solution has fewer: one with more would cost ten times as much.
+MANY = 100
 #: Largest unbalanced load of any harmonic, relative, of a result that counts as converged.
 BALANCED = 1e-6
 DEFAULTS = Settings()
@@ -167,12 +169,12 @@ def _pattern_mistakes(problem: FrictionProblem, settings: Settings) -> list[Mist
     ]
 
 
-def _solved(condensed: Condensed, law: Any, settings: Settings) -> Solved:
+def _solved(condensed: Condensed, law: Any, settings: Settings, moves: bool = False) -> Solved:
     if isinstance(law, SaturatedCoulomb):
         return saturated.solve(condensed, law, settings)
     if settings.pattern is not None:
         return _instants.solve(condensed, law, settings.pattern)
-    return set_valued.solve(condensed, law.Q_m, settings)
+    return set_valued.solve(condensed, law.Q_m, settings, moves)
 
 
 def _with_response(
@@ -245,10 +247,11 @@ def _estimate(
     """Four times the rms difference of the joint's coordinate to a solution with 2R + 5 harmonics.
 
     The error falls at least like 1/R, so the larger solution has at most about half of it;
-    the rest of the factor is for edges that both place alike. None when that one is not found.
+    the rest of the factor is for edges that both place alike. Above `MANY` harmonics, twice the
+    difference to a solution with half as many: about the same. None when that one is not found.
     """
     law = problem.friction
-    other = 2 * condensed.R + 5  # no common grid of cells with R
+    other, factor = _second(problem, condensed.R, solved.locked)
     if settings.samples is not None:
         settings = replace(settings, samples=max(settings.samples, 2 * other + 1))
     if solved.located is not None:
@@ -257,7 +260,7 @@ def _estimate(
         settings = replace(settings, pattern=nearer)
     compared = condense(problem, other, _harmonics(settings))
     try:
-        second = _solved(compared, law, settings)
+        second = _solved(compared, law, settings, moves=other > condensed.R and not solved.locked)
     except ConvergenceError:
         return None
     if solved.locked and second.locked:
@@ -267,4 +270,15 @@ def _estimate(
     for row, (view, found) in zip(theta, ((condensed, solved), (compared, second)), strict=True):
         row[view.orders] = found.velocity / (1j * view.orders * view.Omega)
     difference = float(np.sqrt(0.5 * np.sum(np.abs(theta[0] - theta[1]) ** 2)))
-    return ESTIMATE_FACTOR * difference
+    return factor * difference
+
+
+def _second(problem: FrictionProblem, R: int, locked: bool) -> tuple[int, float]:
+    """Harmonics of the solution to compare with, on no common grid of cells, and the factor.
+
+    A locked joint is compared with more: with fewer harmonics it would be locked all the more.
+    """
+    fewer = (R - 5) // 2 | 1
+    if R > MANY and not locked and fewer >= len(problem.forcing.coefficients) - 1:
+        return fewer, TO_FEWER
+    return 2 * R + 5, TO_MORE

@@ -13,12 +13,12 @@ from support.damped import damped_problem
 from support.exact import exact_transient
 from support.problems import critical_torque, random_problem
 
-from beltsim import linear
+from beltsim import event_map, linear
 from beltsim.forcing import HarmonicForcing
 from beltsim.friction import Coulomb
 from beltsim.harmonic_balance import Settings, condense, set_valued, sign_change_angles, solve
 from beltsim.harmonic_balance.set_valued import critical_bound
-from beltsim.harmonic_balance.solve import _gap_warnings
+from beltsim.harmonic_balance.solve import _gap_warnings, _second
 from beltsim.problem import FrictionProblem
 
 BARE = Settings(estimate=False)
@@ -326,3 +326,26 @@ def test_one_harmonic_of_a_moving_joint_is_no_stick():
     assert found.dissipated_energy > 0.1
     assert found.stick_fraction == 0.0
     assert found.events.kind.tolist() == ["reverse", "reverse"]
+
+
+@pytest.mark.parametrize("seed", [2, 5])
+def test_many_harmonics_and_their_estimate(seed: int) -> None:
+    """Instants by the hundred; the estimate, from a solution with fewer harmonics, covers."""
+    problem = random_problem(seed, 3, share=0.4, static=False)
+    found = solve(problem, 121, Settings("all"))
+    assert found.statistics["complementarity_gap"] <= 1e-5
+    assert complementarity(found) < 1e-5
+    orbit = event_map.periodic(problem, event_map.Settings(harmonics=800))
+    wrong = np.array(orbit.coefficients)[1:, problem.joint]
+    wrong[:121] -= found.coefficients[1:, problem.joint]
+    assert np.sqrt(0.5) * np.linalg.norm(wrong) <= found.statistics["error_estimate"]
+
+
+def test_a_solution_is_compared_with_one_that_can_tell_more() -> None:
+    """With more harmonics up to R = 100, for a locked joint, or where the forcing asks for it."""
+    problem = one_mass(0.4)
+    assert _second(problem, 15, False) == (35, 4.0)
+    assert _second(problem, 101, False) == (49, 2.0)
+    assert _second(problem, 101, True) == (207, 4.0)
+    push = HarmonicForcing(0.5, np.eye(60)[:, 1:2] + np.eye(60)[:, 59:], np.zeros((60, 1)))
+    assert _second(replace(problem, forcing=push), 101, False) == (207, 4.0)
