@@ -44,11 +44,14 @@ class Branch:
     x : (k, m) the unknowns.
     folds : tuple of int
         Points at which the parameter turns back, located on the branch.
+    complete : bool
+        Whether it was followed until it left the limits; not, where the points were used up.
     """
 
     values: FloatArray
     x: FloatArray
     folds: tuple[int, ...]
+    complete: bool = False
 
     def __post_init__(self) -> None:
         for name in ("values", "x"):
@@ -92,7 +95,7 @@ def trace(
     Returns
     -------
     Branch
-        From the first point to where it leaves `within`, or `most` points.
+        From the first point to where it leaves `within` (`complete`), or `most` points.
 
     Raises
     ------
@@ -149,7 +152,7 @@ def trace(
             last, _ = _corrected(scaled, u + share * (following - u), along)
             if last is not None and share > 0.0:
                 points.append(last)
-            break
+            return _branch(points, units, folds, complete=True)
         if turned[-1] * tangent[-1] < 0.0:
             folds.append(len(points))
             points.append(_fold(scaled, u, tangent, step))
@@ -271,6 +274,8 @@ def _jacobian(scaled: Callable[[FloatArray], FloatArray], u: FloatArray) -> Floa
     return np.array(columns).T / (2.0 * DIFFERENCE)
 
 
-def _branch(points: list[FloatArray], units: FloatArray, folds: list[int]) -> Branch:
+def _branch(
+    points: list[FloatArray], units: FloatArray, folds: list[int], complete: bool = False
+) -> Branch:
     found = np.array(points) * units
-    return Branch(found[:, -1], found[:, :-1], tuple(folds))
+    return Branch(found[:, -1], found[:, :-1], tuple(folds), complete)

@@ -48,6 +48,7 @@ def test_a_duffing_branch_passes_both_folds(start: float, direction: int) -> Non
     peak = amplitudes.max()
     assert peak == pytest.approx(F / (2.0 * DAMPING * high), rel=0.01)
     assert branch.values[-1] == pytest.approx(3.2 if direction > 0 else 0.2, rel=1e-9)
+    assert branch.complete
 
 
 def test_a_branch_that_ends_keeps_what_it_found() -> None:
@@ -57,6 +58,7 @@ def test_a_branch_that_ends_keeps_what_it_found() -> None:
     with pytest.raises(ConvergenceError, match="could not be followed beyond 0") as caught:
         trace(broken, [0.0], 0.0, within=(0.0, 1.0), scale=np.ones(1))
     assert 0.4 < caught.value.partial.values[-1] < 0.5
+    assert not caught.value.partial.complete
     with pytest.raises(ConvergenceError, match="no solution near the first point"):
         trace(lambda x, p: x**2 + 1.0, [0.5], 0.0, within=(-1.0, 1.0))
 
@@ -92,6 +94,12 @@ def test_exact_friction_is_not_followed() -> None:
     problem = random_problem(3, 3, static=False)
     with pytest.raises(UnsupportedLawError, match="SaturatedCoulomb"):
         follow(lambda _: problem, 1.0, within=(0.0, 2.0))
+
+
+def test_a_branch_cut_short_by_its_points_says_so() -> None:
+    branch = trace(lambda x, p: x - p, [1.0], 1.0, within=(0.0, 9.0), most=5)
+    assert len(branch) == 5
+    assert not branch.complete
 
 
 @pytest.mark.parametrize("step", [0.3, 0.05])
