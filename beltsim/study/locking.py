@@ -49,7 +49,7 @@ def critical_torques(
     >>> import beltsim
     >>> drive = beltsim.presets.zhu_parker_2008()
     >>> critical_torques(drive, [2.8, 6.3], n_functions=8).Q_cr.values.round(2).tolist()
-    [0.49, 11.94]
+    [0.49, 11.95]
     """
     import xarray
 
