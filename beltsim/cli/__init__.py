@@ -15,7 +15,7 @@ import os
 import sys
 from collections.abc import Sequence
 
-from beltsim.cli.arguments import parser
+from beltsim.cli.arguments import read
 from beltsim.cli.text import complain
 from beltsim.errors import (
     BeltsimError,
@@ -66,7 +66,7 @@ def _dispatch(words: list[str]) -> int:
 
         return validate.run(words[1:])
     try:
-        options = parser().parse_args(words)
+        options = read(words)
     except SystemExit as stop:  # --help, --version, or a word that cannot be read
         return stop.code if isinstance(stop.code, int) else BAD_INPUT
     status: int = importlib.import_module(f"beltsim.cli.{options.verb}").run(options)

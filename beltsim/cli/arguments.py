@@ -10,7 +10,9 @@ Depends on: nothing.
 from __future__ import annotations
 
 import argparse
+import difflib
 import sys
+from collections.abc import Sequence
 from typing import NoReturn
 
 import beltsim
@@ -61,6 +63,31 @@ def parser() -> argparse.ArgumentParser:
     _verb(verbs, "schema", "print the JSON schema of drive files")
     _verb(verbs, "validate", "compare with closed forms, other solvers and printed numbers")
     return top
+
+
+def read(words: Sequence[str]) -> argparse.Namespace:
+    """What `words` ask for; a word that its verb does not know is answered by the verb.
+
+    Raises
+    ------
+    SystemExit
+        After the help that was asked for, or one line about a word that cannot be read.
+    """
+    top = parser()
+    options, unknown = top.parse_known_args(words)
+    if unknown:
+        verb = next(
+            action.choices[options.verb]
+            for action in top._actions
+            if isinstance(action, argparse._SubParsersAction)
+        )
+        known = [name for name in verb._option_string_actions if len(name) > 2]
+        option = unknown[0].split("=")[0]
+        near = [name for name in known if option.startswith("--") and name.startswith(option)]
+        near = near or difflib.get_close_matches(option, known, 1, cutoff=0.75)
+        hint = f"; did you mean {' or '.join(near)}?" if near else ""
+        verb.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+    return options
 
 
 def _verb(verbs: argparse._SubParsersAction[_Parser], name: str, text: str) -> _Parser:
@@ -171,7 +198,10 @@ def _sweep(verbs: argparse._SubParsersAction[_Parser]) -> None:
     shape = "LOW:HIGH:COUNT"
     speed.add_argument("--rpm", type=_range, metavar=shape, help="crank speeds, 1/min")
     speed.add_argument("--omega", "--Omega", type=_range, metavar=shape, help=_OMEGA_HELP)
-    text = "torques, such as 0,14.5,inf; inf locks the arm (default: free, the file's, locked)"
+    text = (
+        "torques, such as 0,14.5,inf; inf locks the arm; the static keep the file's ratio to these "
+        "(default: free, the file's, locked)"
+    )
     torque = verb.add_argument_group(text).add_mutually_exclusive_group()
     torque.add_argument(
         "--friction-torque-N-m", type=_numbers, metavar="X,...", help="friction torques, N m"

@@ -122,11 +122,13 @@ def _locking_lines(job: _Job, ratio: float) -> list[str]:
     ]
 
 
-_TITLES = ("Q_m", "N m", "phases", "period", "nu", "stops", "stick", "loss", "multiplier")
+_TITLES = ("Q_m", "N m", "phases", "period", "nu", "stops", "stick", "loss J", "multiplier")
 
 
 def _row(problem: FrictionProblem, Q: float, orbit: Response | BeltsimError) -> list[str]:
-    torque = f"{Q * problem.scales.torque_N_m:.4g}" if problem.scales else "-"
+    assert problem.scales is not None  # a drive has them
+    unit = problem.scales.torque_N_m
+    torque = f"{Q * unit:.4g}"
     if not isinstance(orbit, Response):
         return [f"{Q:.4g}", torque, "failed", "-", "-", "-", "-", "-", "-"]
     return [
@@ -137,7 +139,7 @@ def _row(problem: FrictionProblem, Q: float, orbit: Response | BeltsimError) -> 
         f"{orbit.velocity_reversals:.3g}",
         f"{orbit.stops_per_period:.3g}",
         f"{orbit.stick_fraction:.1%}",
-        f"{orbit.dissipated_energy / _multiple(orbit):.4g}",
+        f"{orbit.dissipated_energy / _multiple(orbit) * unit:.4g}",
         f"{largest_multiplier(orbit):.4f}",
     ]
 
@@ -178,6 +180,9 @@ def _prepared(options: argparse.Namespace) -> _Job:
     Q_cr = linear.critical_torque(problem)
     low = 0.02 * Q_cr if options.lowest is None else options.lowest
     high = 1.05 * Q_cr if options.highest is None else options.highest
+    if Q_cr == 0.0 and options.highest is None:
+        said = "nothing moves the arm (no speed_fluctuation?), so any friction locks it; name --to"
+        raise InvalidProblemError(f"{options.file}: {said}")
     if not low < high:
         raise InvalidProblemError(Mistake("--to", high, f"above --from, {low:.4g}"))
     torques = np.linspace(low, high, options.count)

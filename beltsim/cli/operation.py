@@ -128,9 +128,10 @@ def examined(
 
 
 def require_harmonics(count: int | None) -> None:
-    """Refuse a number of harmonics that fills the memory before it fails."""
-    if count is not None and count > MOST_HARMONICS:
-        raise InvalidProblemError(Mistake("--harmonics", count, f"at most {MOST_HARMONICS}"))
+    """Refuse no harmonic at all, and a number that fills the memory before it fails."""
+    if count is not None and not 1 <= count <= MOST_HARMONICS:
+        allowed = f"an integer from 1 to {MOST_HARMONICS}"
+        raise InvalidProblemError(Mistake("--harmonics", count, allowed))
 
 
 def require_periods(arguments: dict[str, Any], mistakes: Mistakes) -> float:

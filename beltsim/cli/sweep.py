@@ -53,7 +53,7 @@ def run(options: argparse.Namespace) -> int:
     inputs = {"drive": job.source.text, "suffix": job.source.suffix, "arguments": {}}
     found.attrs["inputs"] = json.dumps(inputs)
     written, trouble = _write(job, found, None if options.no_plot else options.format)
-    say(job.source.drive.name or job.stem.name, f"  {_extent(found)}", *_band_lines(job), "")
+    say(job.source.drive.name or job.stem.name, f"  {_extent(found)}", *_law_lines(job), "")
     say(*table(_TITLES, [_row(found.isel(Q_m=i)) for i in range(found.sizes["Q_m"])]))
     say(*warning_lines(_slack(found)))
     if written:
@@ -77,7 +77,7 @@ def _failures(found: Any) -> list[str]:
     return said
 
 
-_TITLES = ("Q_m", "N m", "arm deg", "at rpm", "tension N", "at rpm", "loss W", "at rpm", "failed")
+_TITLES = ("Q_m", "N m", "arm deg", "at rpm", "dynamic N", "at rpm", "loss W", "at rpm", "failed")
 
 
 def _row(one: Any) -> list[str]:
@@ -90,7 +90,8 @@ def _row(one: Any) -> list[str]:
             cells += ["-", "-"]
             continue
         top = int(np.argmax(np.where(good, values, -np.inf)))
-        cells += [short(float(values[top])), f"{one.crank_speed[top].item():.0f}"]
+        largest = float(values[top])
+        cells += [short(largest), f"{one.crank_speed[top].item():.0f}" if largest else "-"]
     return [*cells, str(int((one.failure.values != "").sum()))]
 
 
@@ -105,6 +106,13 @@ def _figures(found: Any) -> dict[str, Any]:
         "largest dynamic tension (N)": tension.max("span") * tension.attrs["si_scale"],
         "friction loss (W)": energy * energy.attrs["si_scale"] / period_s,
     }
+
+
+def _by_si(data: Any) -> Any:
+    """`data` over crank speed in rpm and friction torque in N m."""
+    torque = data.Q_m * data.Q_m.attrs["si_scale"]
+    named = data.assign_coords(friction_torque=torque)
+    return named.swap_dims(Omega="crank_speed", Q_m="friction_torque")
 
 
 def _slack(found: Any) -> tuple[str, ...]:
@@ -124,14 +132,19 @@ def _slack(found: Any) -> tuple[str, ...]:
 
 def _extent(found: Any) -> str:
     rpm = found.crank_speed.values
-    return f"{len(rpm)} speeds, {rpm.min():.0f} to {rpm.max():.0f} rpm (rms over a period)"
+    said = "rms of the arm, largest tension over the steady one"
+    return f"{len(rpm)} speeds, {rpm.min():.0f} to {rpm.max():.0f} rpm ({said})"
 
 
-def _band_lines(job: _Job) -> list[str]:
-    """The band of the saturated law, in SI."""
-    sigma = getattr(job.method, "sigma", None)
+def _law_lines(job: _Job) -> list[str]:
+    """Static friction above the kinetic, or the band of the saturated law in SI."""
+    ratio, sigma = getattr(job.method, "static_ratio", 1.0), getattr(job.method, "sigma", None)
     if sigma is None:
-        return []
+        return (
+            []
+            if ratio == 1.0
+            else [f"  static friction {ratio:.4g} times the kinetic, as in the file"]
+        )
     speed = np.degrees(sigma / scale(job.source.drive).time_s)
     return [f"  saturated law: full friction from {short(speed)} deg/s (sigma = {sigma:g})"]
 
@@ -223,7 +236,9 @@ def _write(job: _Job, found: Any, picture: str | None) -> tuple[list[Path], str]
             title = job.source.drive.name or job.stem.name
             doubtful = (found.largest_multiplier > 1.0 + 1e-6) | (found.coexisting > 0.0)
             panels = _figures(found)
-            figure = plots.curves(panels, "Omega", "Q_m", title=title, doubtful=doubtful)
+            panels = {name: _by_si(data) for name, data in panels.items()}
+            dimensions = ("crank_speed", "friction_torque")
+            figure = plots.curves(panels, *dimensions, title=title, doubtful=_by_si(doubtful))
             written.append(plots.save_figure(figure, path.with_suffix(f".{picture}")))
     except (OSError, ResultFileError) as error:
         return written, str(error)

@@ -11,7 +11,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from beltsim.cli.text import complain
 from beltsim.errors import ResultFileError
+
+#: How files of drives and of results end; names of cases do not.
+DRIVE_SUFFIXES = (".toml", ".nc")
 
 
 def run(words: Sequence[str]) -> int:
@@ -26,6 +30,10 @@ def run(words: Sequence[str]) -> int:
         from beltsim.cli import cross_check  # the solvers: only when asked for
 
         return cross_check.run(words)
+    for word in words:
+        if Path(word).suffix in DRIVE_SUFFIXES:
+            complain(f"{word} is no case; for a drive of your own: beltsim validate --drive {word}")
+            return 2
     root = _source_tree()
     if str(root) not in sys.path:
         sys.path.insert(0, str(root))

@@ -27,6 +27,7 @@ RING: dict[str, Any] = {"linestyle": "", "marker": "o", "markersize": 6.0, "fill
 #: How axes and legends call a dimension.
 NAMES = {
     "Omega": r"excitation frequency $\Omega$",
+    "crank_speed": "crank speed (rpm)",
     "Q_m": r"friction torque $Q_m$ ($P_0 r_t$)",
     "share": r"friction torque $Q_m/Q_{cr}$",
     "phase": "time over forcing period",
@@ -54,7 +55,8 @@ def curves(
     panels : mapping
         Label of the vertical axis, with its unit, to a data array over `x`, `lines` and `styles`.
     x : str
-        Dimension along the horizontal axis: ``"Omega"``, ``"Q_m"`` or ``"phase"``.
+        Dimension along the horizontal axis: ``"Omega"``, ``"crank_speed"``, ``"Q_m"`` or
+        ``"phase"``.
     lines : str, optional
         Dimension told apart by colour.
     styles : str, optional
@@ -127,8 +129,9 @@ def _finite_end(values: Any) -> float:
 def _draw(
     axes: Any, data: Any, doubtful: Any, x: str, lines: str | None, styles: str | None
 ) -> None:
-    for i, one in enumerate(_parts(data, lines)):
-        color = CYCLE[i % len(CYCLE)] if lines else INK
+    parts = _parts(data, lines)
+    colors = _colors(len(parts)) if lines else [INK]
+    for i, (one, color) in enumerate(zip(parts, colors, strict=True)):
         for j, each in enumerate(_parts(one, styles)):
             at, values, gap = each[x].values, each.values, np.isnan(each.values)
             axes.plot(
@@ -158,10 +161,21 @@ def _parts(data: Any, dimension: str | None) -> list[Any]:
     return [data.isel({dimension: i}) for i in range(data.sizes[dimension])]
 
 
+def _colors(count: int) -> list[Any]:
+    """A colour of its own for each of `count` curves: from dark to light where the cycle ends."""
+    if count <= len(CYCLE):
+        return list(CYCLE[:count])
+    from matplotlib import colormaps
+
+    return [colormaps["viridis"](share) for share in np.linspace(0.0, 0.93, count).tolist()]
+
+
 def _second_scale(axes: Any, data: Any, x: str) -> None:
-    """The crank's speed, or the torque in N m, above the panel, where the dataset knows it."""
+    """The same axis above the panel in its other unit, where the dataset knows it."""
     if x == "Omega" and "crank_speed" in data.coords:
-        factor, name = float(data.crank_speed[-1] / data.Omega[-1]), "crank speed (rpm)"
+        factor, name = float(data.crank_speed[-1] / data.Omega[-1]), NAMES["crank_speed"]
+    elif x == "crank_speed" and "Omega" in data.coords:
+        factor, name = float(data.Omega[-1] / data.crank_speed[-1]), NAMES["Omega"]
     elif x == "Q_m" and "si_scale" in data.Q_m.attrs:
         factor, name = float(data.Q_m.attrs["si_scale"]), "friction torque (N m)"
     else:
@@ -193,8 +207,8 @@ def _legend(
     from matplotlib.lines import Line2D
 
     handles = []
-    for i, value in enumerate(_values(data, lines)):
-        color = CYCLE[i % len(CYCLE)]
+    values = _values(data, lines)
+    for value, color in zip(values, _colors(len(values)), strict=True):
         handles.append(Line2D([], [], color=color, label=_said(lines, value)))
     for j, value in enumerate(_values(data, styles)):
         dash = _DASHES[j % len(_DASHES)]
@@ -220,6 +234,8 @@ def _values(data: Any, dimension: str | None) -> list[Any]:
 def _said(dimension: str | None, value: Any) -> str:
     if isinstance(value, str):
         return plain(value)
-    if dimension == "Q_m" and np.isinf(value):
+    if dimension in ("Q_m", "friction_torque") and np.isinf(value):
         return "locked arm"
+    if dimension == "friction_torque":
+        return f"{value:.4g} N m"
     return f"{_SHORT.get(dimension or '', dimension)} = {value:g}"

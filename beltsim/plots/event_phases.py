@@ -3,7 +3,7 @@
 One column per torque: the period runs upwards, the colour is the mode, a dot is a reversal without
 a stop.
 
-Depends on: response, checks; plots.style.
+Depends on: response, friction, checks; plots.style.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from beltsim.checks import FloatArray
+from beltsim.friction import Coulomb
 from beltsim.plots.style import BLUE, INK, ORANGE, SHADE, new_figure, plain, plain_axes
 from beltsim.response import phases
 
@@ -57,7 +58,10 @@ def event_phases(
     for orbit, torque, width in zip(orbits, torques, _widths(torques), strict=True):
         _column(axes, orbit, float(torque), float(width))
     if Q_m_cr is not None:
-        axes.axvline(Q_m_cr * factor, color=INK, linestyle="--", linewidth=1.0, label="locked from")
+        laws = [orbit.problem.friction for orbit in orbits]
+        static = any(isinstance(law, Coulomb) and (law.Q_s or 0.0) > law.Q_m for law in laws)
+        said = "can stay locked from" if static else "locked from"
+        axes.axvline(Q_m_cr * factor, color=INK, linestyle="--", linewidth=1.0, label=said)
     axes.set_xlabel(f"kinetic friction torque ({unit})")
     axes.set_ylabel("time over period of the motion")
     axes.set_ylim(0.0, 1.0)

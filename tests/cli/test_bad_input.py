@@ -23,6 +23,19 @@ def refused(capsys, *words):
     return [line.removeprefix("beltsim: ") for line in lines]
 
 
+@pytest.mark.parametrize(
+    ("option", "hint"),
+    [
+        ("--friction", "; did you mean --friction-torque-N-m?"),
+        ("--perriods", "; did you mean --periods?"),
+        ("--speed", ""),
+    ],
+)
+def test_an_unknown_option_is_answered_by_its_verb(capsys, option, hint):
+    (line,) = refused(capsys, "run", "drive.toml", option, "3")
+    assert line == f"unrecognized arguments: {option} 3{hint} (see beltsim run --help)"
+
+
 @pytest.fixture
 def text():
     return presets.zhu_parker_2008().to_toml()

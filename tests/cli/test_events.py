@@ -57,6 +57,26 @@ def test_dataset_and_picture(study, example):
         assert len(phase_pattern(orbit)) == len(orbit.events)
 
 
+def test_losses_are_in_joule(study):
+    folder, text = study
+    titles, *rows = [
+        line.split() for line in text.splitlines() if re.match(r"^  (Q_m|[\d.]+) ", line)
+    ]
+    assert titles[-3:-1] == ["loss", "J"]
+    with xr.open_dataset(folder / "zhu_parker_2008-events.nc", engine="h5netcdf") as data:
+        factor = float(data.friction_torque[3] / data.Q_m[3])
+        joule = data.dissipated_energy.values * factor
+    assert [float(row[-2]) for row in rows] == pytest.approx(joule, rel=1e-3)
+
+
+def test_a_crank_that_turns_evenly_has_no_range(drive_file, tmp_path, capsys):
+    file = drive_file(excitation={"firing_order": 3, "speed_fluctuation": 0.0})
+    words = ["events", file, "--functions", "2", "--out", str(tmp_path / "out"), "--no-plot"]
+    assert main(words) == 2
+    assert "nothing moves the arm" in capsys.readouterr().err
+    assert main([*words, "--to", "1", "--count", "2"]) == 0
+
+
 def test_bad_ranges_are_told_at_once(example, tmp_path, capsys):
     words = ["--from", "-1", "--to", "nan", "--count", "1", "--max-multiple", "0"]
     assert main(["events", example, "--out", str(tmp_path), *words]) == 2

@@ -69,8 +69,8 @@ def test_the_torque_of_a_band_can_be_integrated_exactly(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (["-R", "0"], "R = 0"),
-        (["-R", "100000"], "--harmonics = 100000: must be at most 1000"),
+        (["-R", "0"], "--harmonics = 0: must be an integer from 1 to 1000"),
+        (["-R", "100000"], "--harmonics = 100000: must be an integer from 1 to 1000"),
         (["-R", "8", "--sigma", "1e-3"], "odd for the saturated law"),
         (["--sigma", "0"], "sigma"),
         (["--projection", "fft"], "projection"),

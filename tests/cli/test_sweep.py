@@ -33,6 +33,8 @@ def test_dataset_is_that_of_the_study(example, tmp_path, capsys):
     arm = np.degrees(again.rms.sel(coordinate="theta_t", Q_m=0.5))
     assert float(rows[1][2]) == pytest.approx(float(arm.max()), rel=1e-3)
     assert [row[-1] for row in rows] == ["0", "0", "0"]
+    assert rows[0][6:8] == ["0", "-"]  # a free arm loses nothing anywhere
+    assert rows[2][2:4] == ["0", "-"]  # and a locked one moves nowhere
     assert (tmp_path / "zhu_parker_2008-sweep.png").stat().st_size > 10_000
 
 
@@ -52,8 +54,31 @@ def test_static_friction_of_the_file_counts(tmp_path, drive_file, capsys):
     assert main(words) == 0
     with xr.open_dataset(tmp_path / "drive-sweep.nc", engine="h5netcdf") as data:
         assert "static_ratio=2.0" in data.attrs["method"]
+    assert "static friction 2 times the kinetic, as in the file" in capsys.readouterr().out
     assert main([*words, "--sigma", "1e-3"]) == 2
     assert "leave out --sigma" in capsys.readouterr().err
+
+
+def test_picture_is_over_speed_and_torque_as_engineers_have_them(example, tmp_path, monkeypatch):
+    from beltsim import plots
+
+    drawn = []
+    monkeypatch.setattr(plots, "save_figure", lambda figure, path: drawn.append(figure) or path)
+    words = ["--rpm", "1000:4000:3", "--friction-torque-N-m", "0,2,4,6,8,10,inf"]
+    assert main(["sweep", example, *words, "--functions", "2", "--out", str(tmp_path)]) == 0
+    (figure,) = drawn
+    lowest = figure.axes[-1]
+    assert lowest.get_xlabel() == "crank speed (rpm)"
+    assert lowest.get_xlim() == pytest.approx((1000.0, 4000.0))
+    entries = {
+        text.get_text(): handle.get_color()
+        for text, handle in zip(
+            figure.legends[0].get_texts(), figure.legends[0].get_lines(), strict=True
+        )
+    }
+    torques = ["0 N m", "2 N m", "4 N m", "6 N m", "8 N m", "10 N m", "locked arm"]
+    assert [name for name in entries if name in torques] == torques
+    assert len({entries[name] for name in torques}) == len(torques)  # no colour twice
 
 
 def test_speeds_about_that_of_the_file_by_default(example, tmp_path):

@@ -138,6 +138,14 @@ def test_validate_hands_on_its_words(monkeypatch, capsys):
     assert main(["validate", "no-such-case"]) == 2
 
 
+def test_validate_of_a_file_names_the_option(capsys, example):
+    assert main(["validate", example]) == 2
+    assert capsys.readouterr().err == (
+        f"beltsim: {example} is no case; for a drive of your own: "
+        f"beltsim validate --drive {example}\n"
+    )
+
+
 def test_validate_outside_a_source_tree(monkeypatch, tmp_path, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(validate, "__file__", str(tmp_path / "site" / "beltsim" / "cli" / "v.py"))

@@ -11,6 +11,7 @@ from support import responses
 from beltsim import plots
 from beltsim.drive import presets
 from beltsim.errors import InvalidProblemError, ResultFileError
+from beltsim.friction import Coulomb
 
 SCALE_RATE, SCALE_TORQUE = 1.0 / 6.4914e-3, 29.1
 
@@ -229,5 +230,13 @@ def test_event_phases_explain_the_line_and_the_dots(swing):
     for orbits, expected in (([orbit], False), ([orbit, reversing], True)):
         figure = plots.event_phases(orbits, 2.0, "a")
         words = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
-        assert "locked from" in words
+        assert "can stay locked from" in words  # static friction exceeds the kinetic
         assert ("reverses" in words) is expected
+
+
+def test_event_phases_lock_for_good_without_extra_static_friction(swing):
+    problem = swing.problem.with_friction(Coulomb(0.5))
+    orbit = replace(swing, problem=problem, window=(0.0, problem.period))
+    figure = plots.event_phases([orbit], 2.0)
+    words = [text.get_text() for text in figure.axes[0].get_legend().get_texts()]
+    assert "locked from" in words
