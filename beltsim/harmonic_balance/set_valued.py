@@ -81,7 +81,7 @@ class Solved:
         is smooth (locked joint, saturated law).
     locked : bool
     gap : float
-        Gap between torque and law on the fine grid.
+        Gap between torque and law on the fine grid; saturated law: `saturated.discrepancy`.
     iterations : int
     residuals : tuple of float
     exact : bool

@@ -233,6 +233,11 @@ def _lock_warnings(condensed: Condensed, law: Any) -> tuple[str, ...]:
 def _gap_warnings(solved: Solved, settings: Settings, law: Any) -> tuple[str, ...]:
     """A gap above the one asked for is accepted up to `ACCEPTED_GAP`, but never in silence."""
     method = _method(law, settings)
+    if method == "saturated" and solved.gap > saturated.DISCREPANT:
+        return (
+            f"too few samples: harmonics of the torque differ by up to {solved.gap:.2g} Q_m from "
+            "those of the law; take more samples or projection='exact'",
+        )
     if method != "set_valued" or _is_sampled(method, settings) or solved.gap <= settings.tolerance:
         return ()
     return (

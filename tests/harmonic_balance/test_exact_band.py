@@ -13,7 +13,7 @@ from support.damped import damped_problem
 from support.problems import random_problem
 
 import beltsim
-from beltsim.errors import InvalidProblemError
+from beltsim.errors import ConvergenceError, InvalidProblemError
 from beltsim.forcing import HarmonicForcing
 from beltsim.friction import Coulomb, SaturatedCoulomb
 from beltsim.harmonic_balance import (
@@ -22,6 +22,7 @@ from beltsim.harmonic_balance import (
     condense,
     follow,
     reversals_of_series,
+    saturated,
     sign_change_angles,
     solve,
     survey,
@@ -298,3 +299,31 @@ def test_without_compilation_the_numbers_are_the_same() -> None:
         )
         found.append(json.loads(run.stdout))
     assert found[0] == pytest.approx(found[1], abs=1e-14)
+
+
+def test_a_wrong_closed_form_is_not_taken_for_converged(monkeypatch):
+    """Half of the torque balances as well; the samples tell."""
+    problem = random_problem(2, 3, static=False, share=0.4)
+    law = SaturatedCoulomb(problem.friction.Q_m, 1e-2)
+    banded, settings = problem.with_friction(law), Settings(projection="exact", estimate=False)
+    assert solve(banded, 9, settings).statistics["complementarity_gap"] < 0.02
+    true = saturated._exact
+
+    def half(*given):
+        found = true(*given)
+        return found._replace(pairs=0.5 * found.pairs, slope=0.5 * found.slope)
+
+    monkeypatch.setattr(saturated, "_exact", half)
+    with pytest.raises(ConvergenceError, match="from its samples"):
+        solve(banded, 9, settings)
+
+
+def test_too_few_samples_are_told_by_the_closed_form():
+    problem = random_problem(2, 3, static=False, share=0.4)
+    banded = problem.with_friction(SaturatedCoulomb(problem.friction.Q_m, 1e-3))
+    few = solve(banded, 5, Settings(samples=11, start="set_valued", estimate=False))
+    many = solve(banded, 5, Settings(samples=1024, start="set_valued", estimate=False))
+    assert few.statistics["complementarity_gap"] > 0.05
+    assert any("too few samples" in text for text in few.warnings)
+    assert many.statistics["complementarity_gap"] < 0.01
+    assert not any("too few samples" in text for text in many.warnings)
