@@ -144,7 +144,7 @@ def _hb(verbs: argparse._SubParsersAction[_Parser]) -> None:
         metavar="N",
         default=15,
         help="highest harmonic of the forcing (default: 15); the time grows like N^3 with several "
-        "excitation orders: seconds for a few hundred, minutes for a thousand",
+        "excitation orders: seconds to a minute for 200, many minutes for 1000",
     )
     method.add_argument(
         "--sigma",
