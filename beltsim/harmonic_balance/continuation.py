@@ -16,7 +16,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from beltsim.checks import FloatArray, read_only
+from beltsim.checks import FloatArray, finite_array, read_only, real_number
 from beltsim.errors import ConvergenceError, InvalidProblemError, Mistake, UnsupportedLawError
 from beltsim.friction import SaturatedCoulomb
 from beltsim.harmonic_balance.condensation import condense
@@ -90,7 +90,7 @@ def trace(
     most : int
         Most points.
     scale : (m,), optional
-        Size of the unknowns; default: the largest of |x|, for all alike.
+        Size of the unknowns; default: the largest of |x|, for all alike. Needed where x is zero.
 
     Returns
     -------
@@ -100,7 +100,8 @@ def trace(
     Raises
     ------
     InvalidProblemError
-        When value is not within its limits, or direction is not 1 or -1.
+        When the value is not within its limits, x is zero and no scale is given, or a step, a
+        limit or a number of points makes no sense.
     ConvergenceError
         When no step longer than `least_step` comes back to the branch; `partial` is the branch up
         to there.
@@ -111,13 +112,9 @@ def trace(
     >>> bool(circle.folds), float(abs(circle.values).max().round(2))
     (True, 1.0)
     """
+    _require_steps(value, within, direction, step, least_step, most)
+    x, sizes = _unknowns(x, scale)
     low, high = within
-    if not low <= value <= high:
-        raise InvalidProblemError(Mistake("value", value, f"between {low:g} and {high:g}"))
-    if direction not in (1, -1):
-        raise InvalidProblemError(Mistake("direction", direction, "1 or -1"))
-    x = np.atleast_1d(np.asarray(x, dtype=float))
-    sizes = np.full(len(x), max(float(np.abs(x).max()), 1e-300)) if scale is None else scale
     units = np.append(sizes, high - low)
 
     def scaled(u: FloatArray) -> FloatArray:
@@ -161,6 +158,46 @@ def trace(
         if len(history) <= 4:
             step = min(longest, GROWTH * step)
     return _branch(points, units, folds)
+
+
+def _require_steps(
+    value: Any, within: Any, direction: Any, step: Any, least_step: Any, most: Any
+) -> None:
+    """Refuse what a branch cannot be followed with, all of it at once."""
+    mistakes = []
+    limits = finite_array(within, ndim=1)
+    if limits is None or len(limits) != 2 or not limits[0] < limits[1]:
+        mistakes.append(Mistake("within", within, "(low, high) with low < high, both finite"))
+    elif (at := real_number(value)) is None or not limits[0] <= at <= limits[1]:
+        allowed = f"between {limits[0]:g} and {limits[1]:g}"
+        mistakes.append(Mistake("value", value, allowed))
+    if isinstance(direction, bool) or direction not in (1, -1):
+        mistakes.append(Mistake("direction", direction, "1 or -1"))
+    length, least = real_number(step), real_number(least_step)
+    if length is None or not length > 0.0:
+        mistakes.append(Mistake("step", step, "a finite number > 0"))
+    elif least is None or not 0.0 < least <= length:
+        mistakes.append(Mistake("least_step", least_step, f"> 0 and at most step = {length:g}"))
+    if isinstance(most, bool) or not isinstance(most, int) or most < 1:
+        mistakes.append(Mistake("most", most, "an integer >= 1"))
+    if mistakes:
+        raise InvalidProblemError(mistakes)
+
+
+def _unknowns(x: Any, scale: Any) -> tuple[FloatArray, FloatArray]:
+    """The first guess (m,) and the sizes (m,) of the unknowns."""
+    found = finite_array(np.atleast_1d(x), ndim=1)
+    if found is None or not len(found):
+        raise InvalidProblemError(Mistake("x", x, "finite numbers, one per unknown"))
+    if scale is None:
+        if not found.any():
+            raise InvalidProblemError(Mistake("scale", None, "given where x is zero: their size"))
+        return found, np.full(len(found), float(np.abs(found).max()))
+    sizes = finite_array(scale, ndim=1)
+    if sizes is None or sizes.shape != found.shape or not (sizes > 0.0).all():
+        allowed = f"positive numbers of shape ({len(found)},)"
+        raise InvalidProblemError(Mistake("scale", scale, allowed))
+    return found, sizes
 
 
 def _fold(

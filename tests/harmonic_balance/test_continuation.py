@@ -117,3 +117,36 @@ def test_folds_are_located_whatever_the_step(step: float) -> None:
     turn = 2.0 / (3.0 * np.sqrt(3.0))
     assert branch.values[list(branch.folds)] == pytest.approx([-turn, turn], abs=1e-9)
     assert branch.x[list(branch.folds), 0] == pytest.approx([-(3**-0.5), 3**-0.5], abs=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "name"),
+    [
+        ({"x": [0.0]}, "scale"),
+        ({"x": [np.nan]}, "x"),
+        ({"x": []}, "x"),
+        ({"scale": [0.0]}, "scale"),
+        ({"scale": [1.0, 1.0]}, "scale"),
+        ({"value": np.nan}, "value"),
+        ({"value": 2.0}, "value"),
+        ({"within": (1.0, 1.0)}, "within"),
+        ({"within": (0.0, np.inf)}, "within"),
+        ({"direction": 0}, "direction"),
+        ({"step": 0.0}, "step"),
+        ({"step": -0.1}, "step"),
+        ({"least_step": 0.0}, "least_step"),
+        ({"least_step": 1.0}, "least_step"),
+        ({"most": 0}, "most"),
+        ({"most": 2.5}, "most"),
+    ],
+)
+def test_a_branch_that_cannot_be_followed_is_refused(spoilt, name):
+    given = {"x": [0.5], "value": 0.5, "within": (0.0, 1.0)} | spoilt
+    with pytest.raises(InvalidProblemError, match=rf"^{name}|\n{name}| {name}"):
+        trace(lambda x, p: x - p, given.pop("x"), given.pop("value"), **given)
+
+
+def test_a_branch_may_start_at_zero_with_a_scale():
+    line = trace(lambda x, p: x - p, [0.0], 0.0, within=(0.0, 1.0), scale=[1.0])
+    assert line.complete
+    assert np.allclose(line.x[:, 0], line.values, atol=1e-9)
