@@ -15,6 +15,7 @@ import importlib.util
 import json
 import os
 import sys
+import threading
 import time
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
@@ -63,6 +64,7 @@ def _run(cases: Sequence[Case], options: argparse.Namespace, root: Path) -> int:
     start = time.perf_counter()
     results: list[Result] = []
     progress = _Progress(len(cases))
+    _compile_kernels()
     count = min(options.workers, len(cases))
     try:
         for result in worker.run_all(cases, count, progress.tick):
@@ -93,6 +95,21 @@ def _run(cases: Sequence[Case], options: argparse.Namespace, root: Path) -> int:
         text = readme.read_text(encoding="utf-8")
         _replace(readme, table.with_table(text, table.readme_table(results)))
     return 0 if results and all(result.passed for result in results) else 1
+
+
+def _compile_kernels() -> None:
+    """Before the clock of a case runs: in a new installation it takes half a minute."""
+    from beltsim.harmonic_balance import compile_kernels
+
+    def tell() -> None:
+        print("compiling kernels, once in an installation ...", file=sys.stderr, flush=True)
+
+    late = threading.Timer(PATIENCE_S, tell)
+    late.start()
+    try:
+        compile_kernels()
+    finally:
+        late.cancel()
 
 
 def _options(argv: Sequence[str] | None) -> argparse.Namespace:

@@ -16,6 +16,7 @@ from beltsim.cli.arguments import OUT
 from beltsim.cli.mistakes import Mistakes
 from beltsim.cli.motion import loss_words, range_lines, reversal_words
 from beltsim.cli.operation import examined, friction_given, merged, require_harmonics
+from beltsim.cli.progress import patience
 from beltsim.cli.source import Source, read_source
 from beltsim.cli.steady import operating_lines, warning_lines
 from beltsim.cli.text import complain, listed, say, table
@@ -29,6 +30,11 @@ from beltsim.problem import FrictionProblem
 from beltsim.response import Response
 from beltsim.study import balance, pattern_of
 
+#: Said when it takes long.
+WAIT = (
+    "solving ... (the first harmonic balance of an installation compiles its kernels, about half "
+    "a minute; hundreds of harmonics take minutes)"
+)
 #: Harmonics listed at most; the result file has them all.
 MOST_HARMONICS = 12
 #: Harmonics less than this share of the largest are rounding.
@@ -38,7 +44,8 @@ ROUNDING = 1e-12
 def run(options: argparse.Namespace) -> int:
     """Solve, write and print; the exit status."""
     source, arguments, problem, survey, settings = _prepared(options)
-    response = balance(problem, options.harmonics, settings)
+    with patience(WAIT):
+        response = balance(problem, options.harmonics, settings)
     stem = Path(options.out or OUT) / Path(options.file).stem
     target, trouble = stem.with_name(f"{stem.name}-hb.nc"), ""
     inputs = {

@@ -7,11 +7,27 @@ from __future__ import annotations
 
 import shutil
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 #: Seconds before a bar appears.
 PATIENCE_S = 2.0
+
+
+@contextmanager
+def patience(what: str) -> Iterator[None]:
+    """A line on a terminal for a wait without a known end, when it takes longer than that."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    late = threading.Timer(PATIENCE_S, print, (what,), {"file": sys.stderr, "flush": True})
+    late.daemon = True
+    late.start()
+    try:
+        yield
+    finally:
+        late.cancel()
 
 
 @contextmanager

@@ -20,12 +20,14 @@ from beltsim.harmonic_balance.reversals import reversals_of_series, sign_change_
 from beltsim.harmonic_balance.settings import Settings
 from beltsim.harmonic_balance.solve import solve
 from beltsim.harmonic_balance.survey import Survey, survey
+from beltsim.harmonic_balance.warm import compile_kernels
 
 __all__ = [
     "Branch",
     "Pattern",
     "Settings",
     "Survey",
+    "compile_kernels",
     "condense",
     "follow",
     "reversals_of_series",
