@@ -76,11 +76,6 @@ class LinearPart:
         rate += (turns @ (self.force @ self.row + spin * self.D)).real
         return value, rate
 
-    def signal(self, t: float, c: float, x: FloatArray) -> float:
-        """The signal in state `x` (N,) at time `t`."""
-        turns = np.exp(1j * self.Omega * t * np.arange(len(self.D)))
-        return float(self.row @ x + (turns @ self.D).real + self.d_c * c)
-
     def steady(self, name: str, bound: float = 0.0, joint: int = 0) -> ComplexArray:
         """Harmonics (H + 1, k) of the steady response, where there is one.
 

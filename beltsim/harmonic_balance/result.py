@@ -82,7 +82,7 @@ def build(
         warnings=(
             *problem.warnings,
             *warnings,
-            *(w for seen in problem.observables for w in seen.warnings(seen.at(t, q, Omega))),
+            *problem.limit_warnings(t, q),
             *_band_warnings(law, peak),
         ),
         statistics={**statistics, "velocity_peak": peak},

@@ -205,14 +205,14 @@ static bm_status follow_on(shooting *it, int walks) {
 static bm_status approach(shooting *it) {
   bm_search *search = it->search;
   bm_status status = BM_OK;
-  if (search->settle == 0.0 && it->now.residual > search->tolerance) {
-    return follow_on(it, FIRST_WALKS);
+  int walks = FIRST_WALKS;
+  if (search->settle == 0.0) {
+    return it->now.residual > search->tolerance ? follow_on(it, walks) : BM_OK;
   }
-  for (int walks = FIRST_WALKS;
-       status == BM_OK && it->now.residual > search->settle &&
-       search->followed < SETTLING && search->settle > 0.0;
-       walks = walks < LONGEST_STRETCH ? 2 * walks : LONGEST_STRETCH) {
+  while (status == BM_OK && it->now.residual > search->settle &&
+         search->followed < SETTLING) {
     status = follow_on(it, walks);
+    walks = walks < LONGEST_STRETCH ? 2 * walks : LONGEST_STRETCH;
   }
   return status;
 }
